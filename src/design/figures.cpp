@@ -37,7 +37,7 @@ class Figures {
   Figures(const Machine& machine, const LinearController& controller, double share)
       : loop_(machine.response(), controller, machine.known_to_hz()),
         closed_(closed_loop(machine.states(), controller.states())),
-        lines_hz_(first_lines_hz(machine.model(), share, machine.known_to_hz())),
+        lines_hz_(first_lines_hz(machine.model(), controller, share, machine.known_to_hz())),
         values_(loop_.at(lines_hz_)) {}
 
   LoopFigures run() {

@@ -5,7 +5,29 @@
 #include <cmath>
 #include <resonid/base/constants.hpp>
 
+#include "linalg/decompositions.hpp"
+
 namespace resonid::design {
+namespace {
+
+/// A mode and, to both sides, so many lines nearer and farther than its width.
+void add_around(double centre_hz, double width_hz, int around, std::vector<double>& lines) {
+  constexpr double kNear = 0.05, kFar = 20.0;  // times the width
+  lines.push_back(centre_hz);
+  for (int i = 0; i < around; ++i) {
+    const double distance = width_hz * kNear * std::pow(kFar / kNear, i / (around - 1.0));
+    lines.push_back(centre_hz - distance);
+    lines.push_back(centre_hz + distance);
+  }
+}
+
+void keep_inside(double lowest_hz, double highest_hz, std::vector<double>& lines) {
+  std::erase_if(lines, [&](double f) { return !(f >= lowest_hz && f <= highest_hz); });
+  std::sort(lines.begin(), lines.end());
+  lines.erase(std::unique(lines.begin(), lines.end()), lines.end());
+}
+
+}  // namespace
 
 std::vector<double> first_lines_hz(const fit::DriveModel& model, double share, double known_to_hz) {
   const int logarithmic = static_cast<int>(400 * share), even = static_cast<int>(60 * share);
@@ -18,21 +40,30 @@ std::vector<double> first_lines_hz(const fit::DriveModel& model, double share, d
   for (int i = 0; i < logarithmic; ++i)
     lines.push_back(nyquist_hz * std::pow(lowest_hz / nyquist_hz, 1.0 - i / (logarithmic - 1.0)));
   for (int i = 0; i < even; ++i) lines.push_back(nyquist_hz * (0.3 + 0.7 * i / (even - 1.0)));
-  constexpr double kNear = 0.05, kFar = 20.0;  // times the width
   for (const auto& mode : modes) {
     const double centre = mode.frequency_hz.value;
-    const double width = std::max(mode.damping_ratio.value, 1e-4) * centre;
-    lines.push_back(centre);
-    for (int i = 0; i < around; ++i) {
-      const double distance = width * kNear * std::pow(kFar / kNear, i / (around - 1.0));
-      lines.push_back(centre - distance);
-      lines.push_back(centre + distance);
-    }
+    add_around(centre, std::max(mode.damping_ratio.value, 1e-4) * centre, around, lines);
   }
   for (const double corner : {known_to_hz, 2.0 * known_to_hz}) lines.push_back(corner);
-  std::erase_if(lines, [&](double f) { return !(f >= lowest_hz && f <= nyquist_hz); });
-  std::sort(lines.begin(), lines.end());
-  lines.erase(std::unique(lines.begin(), lines.end()), lines.end());
+  keep_inside(lowest_hz, nyquist_hz, lines);
+  return lines;
+}
+
+std::vector<double> first_lines_hz(const fit::DriveModel& model, const LinearController& controller,
+                                   double share, double known_to_hz) {
+  constexpr double kNarrow = 0.2;  // damping ratio; what is wider, logarithmic lines do not miss
+  auto lines = first_lines_hz(model, share, known_to_hz);
+  if (controller.states().a.rows() < 2) return lines;
+  const double lowest_hz = lines.front(), nyquist_hz = 0.5 / model.sample_time_s;
+  const int around = std::max(2, static_cast<int>(18 * share));
+  const std::size_t before = lines.size();
+  for (const auto& pole : linalg::eigenvalues(controller.states().a)) {
+    if (!(pole.imag() > 0.0)) continue;
+    const auto s = std::log(pole) / model.sample_time_s;
+    if (!(std::abs(s.real()) < kNarrow * std::abs(s))) continue;
+    add_around(s.imag() / kTwoPi, std::max(std::abs(s.real()), 1e-4 * std::abs(s)) / kTwoPi, around, lines);
+  }
+  if (lines.size() > before) keep_inside(lowest_hz, nyquist_hz, lines);
   return lines;
 }
 

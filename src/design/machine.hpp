@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "design/controller.hpp"
 #include "design/known_band.hpp"
 
 namespace resonid::design {
@@ -36,6 +37,10 @@ class Machine {
 /// them. Ascending. Where the machine is known up to a frequency only, also at the corners of
 /// weight_beyond().
 [[nodiscard]] std::vector<double> first_lines_hz(const fit::DriveModel& model, double share = 1.0,
+                                                 double known_to_hz = kKnownEverywhere);
+/// And around what resonates in the controller, which a given one may do anywhere.
+[[nodiscard]] std::vector<double> first_lines_hz(const fit::DriveModel& model,
+                                                 const LinearController& controller, double share = 1.0,
                                                  double known_to_hz = kKnownEverywhere);
 
 /// A machine's responses at the frequencies at which bounds are looked at.

@@ -17,7 +17,7 @@ class Climber {
       : posterior_(posterior),
         transfer_(transfer),
         radius_(radius),
-        survey_(controller, first_lines_hz(posterior.nominal(), 0.5, posterior.known_to_hz()),
+        survey_(controller, first_lines_hz(posterior.nominal(), controller, 0.5, posterior.known_to_hz()),
                 posterior.nominal().sample_time_s, posterior.known_to_hz()) {}
 
   WorstCase run() const {
@@ -110,7 +110,8 @@ MonteCarlo monte_carlo(const Posterior& posterior, const LinearController& contr
   std::vector<std::array<double, kTransfers.size()>> values(draws);
   std::vector<char> unstable(draws, 0);
   const auto transfers = bounded_transfers(bounds);
-  const LoopSurvey survey(controller, first_lines_hz(posterior.nominal(), 0.3, posterior.known_to_hz()),
+  const LoopSurvey survey(controller,
+                          first_lines_hz(posterior.nominal(), controller, 0.3, posterior.known_to_hz()),
                           posterior.nominal().sample_time_s, posterior.known_to_hz());
   // Bounds tell stability only of machines that are reached from a stable one.
   const bool told_by_bounds =

@@ -164,8 +164,9 @@ design::Bounds bounds_for(ControllerStructure structure, const TuneOptions& opti
   return bounds;
 }
 
-std::optional<double> best_controller_sensitivity(design::Machines& machines, const design::Bounds& bounds) {
-  const auto pi = best_pi(machines, bounds);
+std::optional<double> best_controller_sensitivity(design::Machines& machines, const design::Bounds& bounds,
+                                                  ControllerStructure structure) {
+  const auto pi = structure == ControllerStructure::p ? best_p(machines, bounds) : best_pi(machines, bounds);
   if (!pi) return std::nullopt;
   double largest = 0.0;
   for (std::size_t m = 0; m < machines.all.size(); ++m)

@@ -17,9 +17,10 @@ namespace resonid::identification {
 [[nodiscard]] design::Bounds bounds_for(ControllerStructure structure, const TuneOptions& options,
                                         double best_controller_sensitivity);
 
-/// |C S| of the best PI for these machines; nothing where no PI meets the bounds.
-[[nodiscard]] std::optional<double> best_controller_sensitivity(design::Machines& machines,
-                                                                const design::Bounds& bounds);
+/// |C S| of the best PI, or P, for these machines; nothing where none meets the bounds.
+[[nodiscard]] std::optional<double> best_controller_sensitivity(
+    design::Machines& machines, const design::Bounds& bounds,
+    ControllerStructure structure = ControllerStructure::pi);
 
 /// The bounds of the options that hold for every structure.
 [[nodiscard]] design::Bounds plain_bounds(const TuneOptions& options);

@@ -126,10 +126,17 @@ std::string_view figure_name(std::size_t index) { return kFigureNames[index]; }
 
 std::size_t figure_count() { return kFigureNames.size(); }
 
-bool is_worse_when_less(std::size_t index) {
+double severity_of(std::size_t index, double value) {
   const std::string_view name = figure_name(index);
-  return name.find("margin") != std::string_view::npos || name == "crossover_hz" ||
-         name == "load_bandwidth_hz";
+  if (name == "phase_margin_deg") return -std::abs(value);
+  const bool less =
+      name.find("margin") != std::string_view::npos || name == "crossover_hz" || name == "load_bandwidth_hz";
+  return less ? -value : value;
+}
+
+double value_of_severity(std::size_t index, double severity, double beside) {
+  if (figure_name(index) == "phase_margin_deg") return std::copysign(severity, beside);
+  return severity_of(index, severity);  // its own inverse
 }
 
 double absent_value(std::size_t index) {

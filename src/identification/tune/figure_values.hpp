@@ -28,8 +28,11 @@ struct FigureValue {
 /// "sensitivity_peak", "phase_margin_deg" ...
 [[nodiscard]] std::string_view figure_name(std::size_t index);
 [[nodiscard]] std::size_t figure_count();
-/// Whether less of a figure is worse: a margin, crossover, bandwidth.
-[[nodiscard]] bool is_worse_when_less(std::size_t index);
+/// Larger where a figure is worse: its value; of a margin, crossover or bandwidth the opposite; of a phase
+/// margin, which is the nearest on either side, that of its size.
+[[nodiscard]] double severity_of(std::size_t index, double value);
+/// The figure of that severity; a phase margin on the side of another one.
+[[nodiscard]] double value_of_severity(std::size_t index, double severity, double beside);
 /// What a figure is where a machine has none: margins without a crossing are infinite, others not known.
 [[nodiscard]] double absent_value(std::size_t index);
 /// As sentences name it: "settling of the load", "|T_load|"; of one that sentences do not name its own, with

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/detail/statistics.hpp>
@@ -83,7 +84,7 @@ class Describer {
     for (const auto& crossing : figures.crossings) crossover = std::max(crossover, crossing.frequency_hz);
     const double nyquist = 0.5 / nominal_.sample_time_s();
     const double from = (crossover > 0.0 ? figures.crossings.front().frequency_hz : 0.01 * nyquist) / kBelow;
-    for (const double f : design::first_lines_hz(nominal_.model()))
+    for (const double f : design::first_lines_hz(nominal_.model(), found_.law.linear))
       if (f >= from && f < nyquist) lines_hz_.push_back(f);
     samples_ = samples_of(controller_, nominal_.sample_time_s());
     whole_ = are_whole(controller_, nominal_, found_.law, samples_);
@@ -179,24 +180,21 @@ class Describer {
 
   /// Over the same ellipsoids, what is no maximum over frequency.
   void put_worst_of_rest() {
+    std::vector<std::optional<double>> severity(figure_count(), -std::numeric_limits<double>::infinity());
     for (const auto& posterior : task_.robust.posteriors) {
-      const auto worst = worst_figures(posterior, found_.radius, [this](const design::Machine& machine) {
+      const auto here = worst_figures(posterior, found_.radius, [this](const design::Machine& machine) {
         return figures_of_stable(machine);
       });
-      for (auto& figure : controller_.figures) put_worse(worst, figure, &posterior == &posterior_);
+      for (std::size_t f = 0; f < figure_count(); ++f) {
+        const bool known = severity[f] && f < here.size() && here[f];
+        severity[f] = known ? std::optional(std::max(*severity[f], *here[f])) : std::nullopt;
+      }
     }
-  }
-
-  static void put_worse(const std::vector<std::optional<double>>& worst, LoopFigure& figure, bool first) {
-    for (std::size_t f = design::kTransfers.size(); f < figure_count(); ++f) {
-      if (figure.name != figure_name(f)) continue;
-      const auto worse = [f](double a, double b) {
-        return is_worse_when_less(f) ? std::min(a, b) : std::max(a, b);
-      };
-      const bool known = worst.size() > f && worst[f] && (first || figure.worst);
-      figure.worst =
-          known ? std::optional(worse(figure.worst.value_or(figure.value), *worst[f])) : std::nullopt;
-    }
+    for (std::size_t f = design::kTransfers.size(); f < figure_count(); ++f)
+      for (auto& figure : controller_.figures)
+        if (figure.name == figure_name(f) && severity[f])
+          figure.worst =
+              value_of_severity(f, std::max(*severity[f], severity_of(f, figure.value)), figure.value);
   }
 
   [[nodiscard]] std::optional<std::vector<FigureValue>> figures_of_stable(

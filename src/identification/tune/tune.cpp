@@ -226,7 +226,7 @@ class Tuner {
   expected<void, Error> design_one() {
     design::Machines machines(nominal_);
     auto bounds = design_bounds(options_);
-    auto sensitivity = best_controller_sensitivity(machines, bounds);
+    auto sensitivity = best_controller_sensitivity(machines, bounds, options_.structure);
     if (!sensitivity) return tl::unexpected(out_of_reach(options_, nominal_, "no gain"));
     // By the best PI; the P is limited below, by its own noise.
     if (options_.structure != Structure::p)
@@ -389,7 +389,8 @@ class Tuner {
     }
     if (options_.least_bandwidth_hz) {
       const auto* bandwidth = all.front().figure("load_bandwidth_hz");
-      const double reached = bandwidth == nullptr ? 0.0 : bandwidth->worst.value_or(0.0);
+      const double reached =
+          bandwidth == nullptr ? 0.0 : bandwidth->worst.value_or(bandwidth->low.value_or(bandwidth->value));
       if (reached < *options_.least_bandwidth_hz)
         return tl::unexpected(bandwidth_out_of_reach(options_, nominal_, reached));
     }

@@ -39,9 +39,8 @@ class WorstFigures {
     look_again_from(edges);
     if (unstable_) return {};
     std::vector<std::optional<double>> worst;
-    for (const double value : worst_)
-      worst.push_back(std::isfinite(value) ? std::optional(is_worse_when_less(worst.size()) ? -value : value)
-                                           : std::nullopt);
+    for (const double severity : worst_)
+      worst.push_back(std::isnan(severity) ? std::nullopt : std::optional(severity));
     return worst;
   }
 
@@ -87,7 +86,7 @@ class WorstFigures {
     return places;
   }
 
-  /// A column of figures, larger where worse, at each point; those inside the ellipsoid count.
+  /// A column of figures, by severity_of(), at each point; those inside the ellipsoid count.
   std::vector<Eigen::VectorXd> values_at(const std::vector<Eigen::VectorXd>& points) {
     std::vector<std::optional<std::vector<FigureValue>>> found(points.size());
     linalg::for_each_index(points.size(), 0, [&](std::size_t i) {
@@ -111,8 +110,7 @@ class WorstFigures {
   [[nodiscard]] static Eigen::VectorXd column_of(const std::vector<FigureValue>& values) {
     Eigen::VectorXd column(static_cast<Eigen::Index>(values.size()));
     for (std::size_t f = 0; f < values.size(); ++f) {
-      const double sign = is_worse_when_less(f) ? -1.0 : 1.0;
-      column(static_cast<Eigen::Index>(f)) = sign * values[f].value.value_or(absent_value(f));
+      column(static_cast<Eigen::Index>(f)) = severity_of(f, values[f].value.value_or(absent_value(f)));
     }
     return column;
   }
@@ -154,7 +152,7 @@ class WorstFigures {
   const design::Posterior& posterior_;
   double radius_;
   const FiguresOf& figures_of_;
-  std::vector<double> worst_;  ///< [figure], larger where worse.
+  std::vector<double> worst_;  ///< [figure], by severity_of().
   bool unstable_ = false;
 };
 
@@ -176,7 +174,8 @@ double least_bandwidth_hz(const design::Posterior& posterior, double radius, con
         values[bandwidth].value = figures.load_bandwidth_hz.value_or(0.0);
         return values;
       });
-  return bandwidth < worst.size() ? worst[bandwidth].value_or(0.0) : 0.0;
+  if (bandwidth >= worst.size() || !worst[bandwidth]) return 0.0;
+  return value_of_severity(bandwidth, *worst[bandwidth], 0.0);
 }
 
 }  // namespace resonid::identification

@@ -13,11 +13,10 @@ namespace resonid::identification {
 /// Every figure of one machine, in the order of figure_name(); nothing where its loop is unstable.
 using FiguresOf = std::function<std::optional<std::vector<FigureValue>>(const design::Machine&)>;
 
-/// The worst value of each figure over an ellipsoid, in the order of figure_name(): the least margin,
-/// crossover and bandwidth, the most of anything else. Along the gradient at the nominal machine to the edge,
-/// once more along the gradient there; the worst of all machines that were looked at counts
-/// (docs/methods/tune.md 7.2). Absent: not known of every machine that was looked at; nothing at all where
-/// one of them is unstable.
+/// How bad each figure is at the worst over an ellipsoid, by severity_of(), in the order of figure_name().
+/// Along the gradient at the nominal machine to the edge, and along that of the edge where the figure is not
+/// as foreseen; the worst of all machines that were looked at counts (docs/methods/tune.md 7.2). Absent: not
+/// known of every machine that was looked at; nothing at all where one of them is unstable.
 [[nodiscard]] std::vector<std::optional<double>> worst_figures(const design::Posterior& posterior,
                                                                double radius, const FiguresOf& figures_of);
 

@@ -90,10 +90,10 @@ void put_plans(const Tuning& t, std::vector<std::string>& list) {
   for (std::size_t i = 0; i < t.machines.size(); ++i) {
     const auto accuracy = half_deviations(t.machines[i]);
     if (accuracy.empty()) continue;
-    const std::string of_which = t.machines.size() > 1 ? fmt::format(", of machine {}", i + 1) : "";
+    const auto file = i < t.results.size() ? t.results[i] : std::string("RESULT.json");
+    const auto of_which = t.machines.size() > 1 ? " of the machine of " + file : std::string();
     list.push_back("To plan one that halves the standard deviations" + of_which + ": resonid plan .model " +
-                   (i < t.results.size() ? t.results[i] : std::string("RESULT.json")) + " .accuracy " +
-                   accuracy);
+                   file + " .accuracy " + accuracy);
   }
 }
 

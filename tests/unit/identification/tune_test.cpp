@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <random>
 #include <resonid/base/constants.hpp>
@@ -732,7 +733,51 @@ TEST(Tune, SaysWhichBoundCouldBeMetInstead) {
   EXPECT_EQ(tuning.error().field, "least_bandwidth_hz");
   const auto text = message_of(tuning.error());
   EXPECT_NE(text.find("at most"), std::string::npos) << text;
-  EXPECT_NE(text.find("a PI reaches"), std::string::npos) << text;
+  const auto advice = text.find("with .largest_sensitivity ");
+  ASSERT_NE(advice, std::string::npos) << text;
+  EXPECT_NE(text.find("a PI reaches about "), std::string::npos) << text;
+  ASSERT_EQ(std::sscanf(text.c_str() + advice, "with .largest_sensitivity %lf and .largest_load_transfer %lf",
+                        &o.largest_sensitivity, &o.largest_load_transfer),
+            2);
+  EXPECT_TRUE(tune(identified(), o)) << text;
+}
+
+/// Without friction every loop crosses somewhere, however small it is where the lines begin.
+TEST(Tune, RefusesAPThatCrossesFarBelowTheBand) {
+  auto o = few_draws(ControllerStructure::p);
+  o.largest_controller_sensitivity = 1e-5;
+  auto tuning = tune(identified(), o);
+  ASSERT_FALSE(tuning);
+  EXPECT_EQ(tuning.error().field, "largest_controller_sensitivity");
+  EXPECT_NE(message_of(tuning.error()).find("below what was measured"), std::string::npos)
+      << message_of(tuning.error());
+  auto given = few_draws();
+  given.evaluate = data::Controller(data::TransferFunction{{1e-5}, {1.0}, 0.002});
+  tuning = tune(identified(), given);
+  ASSERT_TRUE(tuning) << message_of(tuning.error());
+  EXPECT_FALSE(tuning->trusted);
+  EXPECT_TRUE(has_finding(*tuning, "crossover-not-measured"));
+}
+
+/// A resonance of a given controller, far narrower than lines are apart, against its response on lines of
+/// this test.
+TEST(Tune, SeesWhatResonatesInAGivenController) {
+  const auto result = identified();
+  const design::FilteredPi resonant{1.036, 7.0, {{70.0, 0.05, 0.001}}};
+  const auto c = resonant.transfer_function(0.002);
+  std::vector<double> f;
+  for (double x = 69.0; x < 71.0; x += 1e-4) f.push_back(x);
+  const auto g = result.model->drive.values(f);
+  double largest = 0.0;
+  for (std::size_t i = 0; i < f.size(); ++i)
+    largest = std::max(largest, 1.0 / std::abs(1.0 + c.response(f[i]) * g[i]));
+  ASSERT_GT(largest, 1.4);
+  auto o = few_draws();
+  o.evaluate = data::Controller(c);
+  const auto tuning = tune(result, o);
+  ASSERT_TRUE(tuning) << message_of(tuning.error());
+  EXPECT_NEAR(value_of(tuning->proposed(), "sensitivity_peak"), largest, 1e-3 * largest);
+  EXPECT_FALSE(tuning->trusted);
 }
 
 /// A PI that crosses at 0.3 Hz, from where on the machine is known, has |C S| of at least 2 pi 0.3 Hz J.
@@ -782,7 +827,7 @@ TEST(Tune, SuggestsBoundsThatACascadeHas) {
   ASSERT_FALSE(tuning);
   EXPECT_EQ(tuning.error().field, "least_bandwidth_hz");
   const auto text = message_of(tuning.error());
-  EXPECT_NE(text.find("a cascade reaches"), std::string::npos) << text;
+  EXPECT_NE(text.find("a cascade reaches about"), std::string::npos) << text;
   EXPECT_NE(text.find(".largest_position_transfer "), std::string::npos) << text;
   EXPECT_EQ(text.find("largest_load_transfer"), std::string::npos) << text;
 }
