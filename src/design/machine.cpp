@@ -55,7 +55,8 @@ std::vector<double> first_lines_hz(const fit::DriveModel& model, const LinearCon
   auto lines = first_lines_hz(model, share, known_to_hz);
   if (controller.states().a.rows() < 2) return lines;
   const double lowest_hz = lines.front(), nyquist_hz = 0.5 / model.sample_time_s;
-  const int around = std::max(2, static_cast<int>(18 * share));
+  // On the flanks of a high peak L may pass -1 within a part of the width.
+  const int around = std::max(40, static_cast<int>(72 * share));
   const std::size_t before = lines.size();
   for (const auto& pole : linalg::eigenvalues(controller.states().a)) {
     if (!(pole.imag() > 0.0)) continue;

@@ -23,8 +23,7 @@ constexpr double kStepBelow = 5e-3;
 /// A controller that is given whole, outside the lines.
 struct WholeController {
   std::function<Complex(double)> at_hz;
-  int integrators = 0;
-  double growth = 1.0;  ///< The largest |C| from the last line on, over that at it.
+  ControllerByLines outside;
 };
 
 class DiskSearch {
@@ -114,7 +113,7 @@ class DiskSearch {
     const auto last = end(gains);
     if (!ends_too_large(last)) return {};
     return {last.rises() ? LinesTell::ends_rising : LinesTell::ends_large, lines_.back().frequency_hz,
-            last.size};
+            last.size, growth()};
   }
 
   [[nodiscard]] LoopEnd end(const Gains& gains) const {
@@ -122,8 +121,10 @@ class DiskSearch {
     for (const DiskLine& line : lines_) frequencies_hz.push_back(line.frequency_hz);
     const auto size_at = [&](std::size_t i) { return std::abs(returned(i, gains) - 1.0); };
     const double last = size_at(lines_.size() - 1) + DiskLoop(lines_.back(), gains.kp, gains.ki).reach;
-    return loop_end(frequencies_hz, size_at, whole_ ? whole_->growth * last : last);
+    return loop_end(frequencies_hz, size_at, std::isfinite(growth()) ? growth() * last : growth());
   }
+
+  [[nodiscard]] double growth() const { return whole_ ? whole_->outside.growth : 1.0; }
 
   [[nodiscard]] double least_loop_at_start(const Gains& gains) const {
     const DiskLoop loop(lines_.front(), gains.kp, gains.ki);
@@ -250,7 +251,7 @@ class DiskSearch {
   [[nodiscard]] std::optional<double> begins_at(const Gains& gains) const {
     const DiskLine& first = lines_.front();
     if (whole_)
-      return angle_at_first_line(machine_, whole_->integrators, kStepsBelow,
+      return angle_at_first_line(machine_, whole_->outside.integrators, kStepsBelow,
                                  [&](double part) { return whole_->at_hz(first.frequency_hz * part); });
     return angle_at_first_line(machine_, 1.0, kStepsBelow / 10,
                                [&](double part) { return gains.kp + gains.ki * first.integrator / part; });
@@ -369,36 +370,40 @@ expected<void> check_modes(const ControllerPoles& poles, const std::vector<doubl
   return {};
 }
 
-/// The largest |C| from the last line on, over that at it.
-double growth_beyond(const LinearController& controller, const ControllerPoles& poles, double last_hz,
-                     double sample_time_s) {
+double growth_beyond(const data::TransferFunction& controller, const ControllerPoles& poles, double last_hz) {
   constexpr int kSteps = 400;
-  std::vector<double> all_hz = {last_hz};
-  const double nyquist = 0.5 / sample_time_s;
-  for (int i = 1; i <= kSteps; ++i) all_hz.push_back(last_hz + (nyquist - last_hz) * i / kSteps);
+  constexpr double kToHalfTheRate = 0.95;
+  const double nyquist = 0.5 / controller.sample_time_s;
+  if (last_hz >= kToHalfTheRate * nyquist) return 1.0;
+  const double at_end = std::abs(controller.response(last_hz));
+  double most = at_end;
+  const auto look_at = [&](double f) { most = std::max(most, std::abs(controller.response(f))); };
+  for (int i = 1; i <= kSteps; ++i) look_at(last_hz + (nyquist - last_hz) * i / kSteps);
   for (const auto& mode : poles.modes)
-    if (mode.frequency_hz > last_hz) all_hz.push_back(mode.frequency_hz);
-  const auto values = controller.at(all_hz);
-  double most = 0.0;
-  for (const Complex& value : values) most = std::max(most, std::abs(value));
-  return most / std::abs(values.front());
+    if (mode.frequency_hz > last_hz) look_at(mode.frequency_hz);
+  return most / at_end;
 }
 
 }  // namespace
+
+expected<ControllerByLines> controller_by_lines(const data::TransferFunction& controller,
+                                                const std::vector<double>& lines_hz) {
+  const auto poles = poles_of(controller);
+  if (!poles) return tl::unexpected(poles.error());
+  if (const auto near = check_modes(*poles, lines_hz); !near) return tl::unexpected(near.error());
+  return ControllerByLines{poles->integrators, growth_beyond(controller, *poles, lines_hz.back())};
+}
 
 expected<ResponseLoop> judged_by_response(const ResponseDisks& response,
                                           const data::TransferFunction& controller, const Bounds& bounds,
                                           std::optional<AntiResonance> load) {
   if (const auto valid = check_disks(response, bounds, load); !valid) return tl::unexpected(valid.error());
-  const auto poles = poles_of(controller);
-  if (!poles) return tl::unexpected(poles.error());
-  if (const auto near = check_modes(*poles, response.frequencies_hz); !near)
-    return tl::unexpected(near.error());
+  const auto outside = controller_by_lines(controller, response.frequencies_hz);
+  if (!outside) return tl::unexpected(outside.error());
   const LinearController whole(controller);
   const DiskSearch search(
       response, whole.at(response.frequencies_hz), bounds, load,
-      WholeController{[&whole](double f) { return whole.at(std::array{f}).front(); }, poles->integrators,
-                      growth_beyond(whole, *poles, response.frequencies_hz.back(), response.sample_time_s)});
+      WholeController{[&whole](double f) { return whole.at(std::array{f}).front(); }, *outside});
   constexpr DiskSearch::Gains kAsGiven{1.0, 0.0};
   const auto crossover_hz = search.crossover_hz(kAsGiven);
   if (const double first = search.least_loop_at_start(kAsGiven); !crossover_hz || !(first > 1.0))

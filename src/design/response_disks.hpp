@@ -48,8 +48,19 @@ enum class LinesTell {
 struct LineStability {
   LinesTell tells = LinesTell::stable;
   double frequency_hz = 0.0;  ///< Where.
-  double value = 0.0;         ///< |L| at the end; the turn, deg.
+  double value = 0.0;         ///< |L| at the end, with what the controller grows beyond it; the turn, deg.
+  double growth = 1.0;        ///< By which the controller grows beyond the last line.
 };
+
+/// What a judgement by lines asks of a controller outside them.
+struct ControllerByLines {
+  int integrators = 0;
+  double growth = 1.0;  ///< The largest |C| from the last line on, over that at it.
+};
+/// Refused: one that is not stable but for integrators, and a pole pair that is half as wide as the lines are
+/// apart where it stands.
+[[nodiscard]] expected<ControllerByLines> controller_by_lines(const data::TransferFunction& controller,
+                                                              const std::vector<double>& lines_hz);
 
 /// A loop on the lines of a response.
 struct ResponseLoop {

@@ -179,18 +179,24 @@ std::string untold_text(const design::LineStability& stability) {
           "or excite more strongly there.",
           f);
     case design::LinesTell::ends_rising:
+    case design::LinesTell::ends_large: {
+      constexpr double kGrows = 1.05;
+      const bool rises = stability.tells == design::LinesTell::ends_rising;
+      const double most = rises ? design::kLargestRising : design::kLargestAtEnd;
+      if (stability.growth > kGrows)
+        return fmt::format(
+            "The loop is not known to be stable: beyond the last line, {:.3g} Hz, the controller becomes "
+            "{:.3g} "
+            "times as large, so that |L| may be {:.3g} there, where at most {:g} is small enough for what "
+            "stands above. Let it roll off, or excite up to where it does.",
+            f, stability.growth, stability.value, most);
       return fmt::format(
-          "The loop is not known to be stable: at the last line, {:.3g} Hz, |L| rises, as below a resonance, "
-          "and is up to {:.3g}, where at most {:g} is small enough for what stands above. Excite up to where "
-          "|L| stays below that, or lower the gains.",
-          f, stability.value, design::kLargestRising);
-    case design::LinesTell::ends_large:
-      return fmt::format(
-          "The loop is not known to be stable: at the last line, {:.3g} Hz, |L| is up to {:.3g}, where at "
-          "most "
-          "{:g} is small enough for what stands above. Excite up to where |L| stays below that, or lower the "
-          "gains.",
-          f, stability.value, design::kLargestAtEnd);
+          "The loop is not known to be stable: at the last line, {:.3g} Hz, |L|{} is up to {:.3g}, where at "
+          "most {:g} is small enough for what stands above. Excite up to where |L| stays below that, or "
+          "lower "
+          "the gains.",
+          f, rises ? " rises, as below a resonance, and" : "", stability.value, most);
+    }
     default:
       return "By the turns of 1 + L along the lines the loop is not stable, or cannot be told to be.";
   }
@@ -323,7 +329,7 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
     at->bound = worst.bound;
     if (worst.value >= kActive * worst.bound) controller.limits.push_back(name);
   }
-  put_margins(plant, disks->radii, controller);
+  if (controller.stable) put_margins(plant, disks->radii, controller);  // else they mean nothing
   tuning.candidates = {std::move(controller)};
   judge(found->stability, tuning);
   promise_ends(plant, design::kLargestAtEnd * found->worst.back().value, tuning);

@@ -228,10 +228,12 @@ class Tuner {
     auto bounds = design_bounds(options_);
     auto sensitivity = best_controller_sensitivity(machines, bounds, options_.structure);
     if (!sensitivity) return tl::unexpected(out_of_reach(options_, nominal_, "no gain"));
-    // By the best PI; the P is limited below, by its own noise.
-    if (options_.structure != Structure::p)
-      if (auto limited = limit_noise(machines, bounds, *sensitivity); !limited)
-        return tl::unexpected(limited.error());
+    // By the best PI; a P is limited below, by its own noise.
+    if (options_.structure == Structure::p) {
+      if (auto noise = noise_out_of_reach(options_, nominal_, results_)) return tl::unexpected(*noise);
+    } else if (auto limited = limit_noise(machines, bounds, *sensitivity); !limited) {
+      return tl::unexpected(limited.error());
+    }
     for (const Structure structure : structures()) {
       progress("designing: " + std::string(name_of(structure)));
       auto own = bounds_for(structure, options_, *sensitivity);

@@ -727,7 +727,7 @@ TEST(Tune, PromisesNothingAboveTheLinesOfAResponse) {
 
 TEST(Tune, SaysWhichBoundCouldBeMetInstead) {
   auto o = few_draws();
-  o.least_bandwidth_hz = 14.8;
+  o.least_bandwidth_hz = 12.5;
   const auto tuning = tune(identified(), o);
   ASSERT_FALSE(tuning);
   EXPECT_EQ(tuning.error().field, "least_bandwidth_hz");
@@ -822,7 +822,7 @@ TEST(Tune, NamesTheBoundThatLeavesNoLoopWhereItWasMeasured) {
 
 TEST(Tune, SuggestsBoundsThatACascadeHas) {
   auto o = few_draws(ControllerStructure::cascade);
-  o.least_bandwidth_hz = 10.0;
+  o.least_bandwidth_hz = 6.0;
   const auto tuning = tune(identified(), o);
   ASSERT_FALSE(tuning);
   EXPECT_EQ(tuning.error().field, "least_bandwidth_hz");

@@ -11,6 +11,7 @@
 
 #include "design/closed_loop.hpp"
 #include "design/ends_of_lines.hpp"
+#include "design/response_disks.hpp"
 
 namespace resonid::identification::detail {
 namespace {
@@ -137,13 +138,10 @@ bool begins_below_resonances(const data::FrequencyResponse& loop, const data::Tr
 
 /// arg(1 + L) at the first line, on the turn that it reaches from below. There a machine that integrates its
 /// torque and k integrators of the controller make -90 (1 + k) deg; nothing where the sign is another.
-std::optional<double> begin_deg(const data::FrequencyResponse& loop,
-                                const data::TransferFunction& controller) {
-  constexpr double kLow = 1e-4;
-  constexpr int kSteps = 400;
-  const double first_hz = loop.frequency_hz.front(), lowest_hz = first_hz * kLow;
-  const double integrators =
-      std::log2(std::abs(controller.response(0.5 * lowest_hz) / controller.response(lowest_hz)));
+std::optional<double> begin_deg(const data::FrequencyResponse& loop, const data::TransferFunction& controller,
+                                int integrators) {
+  constexpr int kSteps = 2000;
+  const double first_hz = loop.frequency_hz.front();
   const auto begin =
       design::angle_at_first_line(loop.value.front() / controller.response(first_hz), integrators, kSteps,
                                   [&](double part) { return controller.response(part * first_hz); });
@@ -152,8 +150,11 @@ std::optional<double> begin_deg(const data::FrequencyResponse& loop,
 }
 
 /// What no line shows: a resonance above the last one may lift |L| to 1. Nothing lies above half of the rate.
-std::optional<std::string> may_rise_above(const data::FrequencyResponse& lines, double at_end,
+/// `growth`: by which the controller grows above.
+std::optional<std::string> may_rise_above(const data::FrequencyResponse& lines, double size, double growth,
                                           double sample_time_s) {
+  constexpr double kGrows = 1.05;
+  const double at_end = growth * size;
   constexpr double kToHalfTheRate = 0.95;
   const double last_hz = lines.frequency_hz.back();
   const bool whole = last_hz * sample_time_s >= 0.5 * kToHalfTheRate;
@@ -164,6 +165,12 @@ std::optional<std::string> may_rise_above(const data::FrequencyResponse& lines, 
   };
   const auto end = design::loop_end(lines.frequency_hz, size_at, at_end);
   if (whole ? at_end < 1.0 : !design::ends_too_large(end)) return std::nullopt;
+  if (growth > kGrows)
+    return fmt::format(
+        "above the last that is known, {:.3g} Hz, the controller becomes {:.3g} times as large, so that |L| "
+        "may "
+        "be {:.2g} there; let it roll off, or excite up to where it does",
+        last_hz, growth, at_end);
   if (!whole && end.rises())
     return fmt::format(
         "|L| rises to {:.2g} (with its error {:.2g}) at the last that is known, {:.3g} Hz: a resonance is "
@@ -273,6 +280,8 @@ std::optional<Finding> judge_by_lines(const LoopResult& loop, const data::Transf
   constexpr double kMostTurnDeg = 90.0, kClear = 0.5;
   const auto lines = lines_away_from(lines_away_from(loop.curve, 0.0, kCriteria.margin_line), -1.0, kClear);
   if (lines.lines() < 2) return not_judged("none of them is known well enough");
+  const auto outside = design::controller_by_lines(controller, lines.frequency_hz);
+  if (!outside) return not_judged("the planned controller " + outside.error().requirement.str());
   const double first_hz = lines.frequency_hz.front(), last_hz = lines.frequency_hz.back();
   const double last_size = std::abs(lines.value.back());
   if (std::abs(lines.value.front()) < 1.0)
@@ -285,7 +294,7 @@ std::optional<Finding> judge_by_lines(const LoopResult& loop, const data::Transf
         "at the first that is known, {:.3g} Hz, the machine is no inertia: the line lies above an "
         "anti-resonance, or the sign is wrong; excite lower frequencies too",
         first_hz));
-  const auto begin = begin_deg(lines, controller);
+  const auto begin = begin_deg(lines, controller, outside->integrators);
   if (!begin) return not_judged("the controller's gain has the wrong sign");
   const auto way = way_around_zero(lines, *begin);
   if (way.largest_turn_deg > kMostTurnDeg)
@@ -320,7 +329,7 @@ std::optional<Finding> judge_by_lines(const LoopResult& loop, const data::Transf
   const double each = 1.0 - (1.0 - confidence) / static_cast<double>(lines.lines());
   const double error =
       lines.std.size() == lines.lines() ? data::confidence_radius(lines.std.back(), each) : 0.0;
-  if (const auto why = may_rise_above(lines, last_size + error, controller.sample_time_s))
+  if (const auto why = may_rise_above(lines, last_size + error, outside->growth, controller.sample_time_s))
     return not_judged(*why);
   return std::nullopt;
 }
