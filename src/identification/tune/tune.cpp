@@ -240,6 +240,9 @@ class Tuner {
       if (bounds.controller_sensitivity) own.controller_sensitivity = bounds.controller_sensitivity;
       auto found = quiet_for(structure, own);
       if (!found) continue;
+      // Before the figures of a loop that takes for ever are worked out.
+      if (structure == options_.structure)
+        if (auto crossing = crosses_inside(found->law.what); !crossing) return crossing;
       choose_weight(found->law);
       if (structure == Structure::cascade) {
         const auto& friction = results_.front().model->coulomb_friction;
@@ -351,6 +354,15 @@ class Tuner {
     tuning_.nominal->remark = "without regard to what is not known of the machine";
   }
 
+  /// Else what keeps it from crossing where the machines were measured.
+  [[nodiscard]] expected<void, Error> crosses_inside(const TunedController& controller) const {
+    auto crossing = check_crossover(controller, nominal_, results_);
+    if (crossing) return {};
+    if (auto noise = noise_out_of_reach(options_, nominal_, results_)) return tl::unexpected(*noise);
+    if (auto bound = crossing_out_of_reach(options_, nominal_, results_)) return tl::unexpected(*bound);
+    return crossing;
+  }
+
   expected<void, Error> choose() {
     auto& all = tuning_.candidates;
     std::erase_if(all, [](const TunedController& c) { return !c.stable; });
@@ -384,11 +396,7 @@ class Tuner {
       std::swap(all[0], all[1]);
       all[1].remark = "less than 5 % better: not worth its filter";
     }
-    if (auto crossing = check_crossover(all.front(), nominal_, results_); !crossing) {
-      if (auto noise = noise_out_of_reach(options_, nominal_, results_)) return tl::unexpected(*noise);
-      if (auto bound = crossing_out_of_reach(options_, nominal_, results_)) return tl::unexpected(*bound);
-      return crossing;
-    }
+    if (auto crossing = crosses_inside(all.front()); !crossing) return crossing;
     if (options_.least_bandwidth_hz) {
       const auto* bandwidth = all.front().figure("load_bandwidth_hz");
       const double reached =

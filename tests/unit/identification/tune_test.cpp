@@ -746,17 +746,11 @@ TEST(Tune, SaysWhichBoundCouldBeMetInstead) {
 TEST(Tune, RefusesAPThatCrossesFarBelowTheBand) {
   auto o = few_draws(ControllerStructure::p);
   o.largest_controller_sensitivity = 1e-5;
-  auto tuning = tune(identified(), o);
+  const auto tuning = tune(identified(), o);
   ASSERT_FALSE(tuning);
   EXPECT_EQ(tuning.error().field, "largest_controller_sensitivity");
   EXPECT_NE(message_of(tuning.error()).find("below what was measured"), std::string::npos)
       << message_of(tuning.error());
-  auto given = few_draws();
-  given.evaluate = data::Controller(data::TransferFunction{{1e-5}, {1.0}, 0.002});
-  tuning = tune(identified(), given);
-  ASSERT_TRUE(tuning) << message_of(tuning.error());
-  EXPECT_FALSE(tuning->trusted);
-  EXPECT_TRUE(has_finding(*tuning, "crossover-not-measured"));
 }
 
 /// A resonance of a given controller, far narrower than lines are apart, against its response on lines of
@@ -768,9 +762,10 @@ TEST(Tune, SeesWhatResonatesInAGivenController) {
   std::vector<double> f;
   for (double x = 69.0; x < 71.0; x += 1e-4) f.push_back(x);
   const auto g = result.model->drive.values(f);
+  const auto delay = [&](double hz) { return std::polar(1.0, -kTwoPi * hz * result.known_delay_s); };
   double largest = 0.0;
   for (std::size_t i = 0; i < f.size(); ++i)
-    largest = std::max(largest, 1.0 / std::abs(1.0 + c.response(f[i]) * g[i]));
+    largest = std::max(largest, 1.0 / std::abs(1.0 + c.response(f[i]) * g[i] * delay(f[i])));
   ASSERT_GT(largest, 1.4);
   auto o = few_draws();
   o.evaluate = data::Controller(c);
