@@ -86,6 +86,32 @@ TEST(PlannedLoop, OfACascadeIsNotUnstableBelowItsCorners) {
   EXPECT_EQ(told(0.2, 80.0, cascade(0.06, 0.2, 3.0)), "stable");
 }
 
+/// 0.1 with a pair of poles at that frequency, and of zeros, by their distances from 0.
+data::Controller with_pair(double hz, double poles, double zeros) {
+  const double cosine = std::cos(kTwoPi * hz * kStep_s);
+  return data::TransferFunction{{0.1, -0.2 * zeros * cosine, 0.1 * zeros * zeros},
+                                {1.0, -2.0 * poles * cosine, poles * poles},
+                                kStep_s};
+}
+
+/// Poles outside of the circle, which 1 + L must go around; a pair 0.02 Hz wide where lines are 0.1 Hz apart;
+/// and one above the last line, where the controller is 20 times as large.
+TEST(PlannedLoop, IsNotJudgedWhereTheLinesDoNotShowItsController) {
+  EXPECT_EQ(told(1.5, 80.0, with_pair(20.0, 0.951, 0.9)), "stable");
+  EXPECT_EQ(told(1.5, 80.0, with_pair(20.0, 1.01, 0.9)), "planned-not-judged");
+  EXPECT_EQ(told(1.5, 80.0, with_pair(20.0, 0.9995, 0.9)), "planned-not-judged");
+  EXPECT_EQ(told(1.5, 80.0, with_pair(100.0, 0.8, 0.8)), "stable");
+  EXPECT_EQ(told(1.5, 80.0, with_pair(100.0, 0.99, 0.8)), "planned-not-judged");
+  const auto unstable = with_pair(20.0, 1.01, 0.9), resonant = with_pair(100.0, 0.99, 0.8);
+  const auto by_itself = judge_by_lines(loop_of_lines(1.5, 80.0, unstable), unstable, kConfidence);
+  ASSERT_TRUE(by_itself);
+  EXPECT_NE(by_itself->meaning.find("must be stable but for integrators"), std::string::npos)
+      << by_itself->meaning;
+  const auto above = judge_by_lines(loop_of_lines(1.5, 80.0, resonant), resonant, kConfidence);
+  ASSERT_TRUE(above);
+  EXPECT_NE(above->meaning.find("times as large, so that"), std::string::npos) << above->meaning;
+}
+
 /// L = 1/(j f/f1) exp(-j 2 pi f tau): -180 deg at 1/(4 tau), where |L| falls as 1/f.
 TEST(PlannedLoop, HasAnErrorOfItsGainMarginByTheLines) {
   constexpr double kDelay_s = 0.01, kRelative = 0.01;
