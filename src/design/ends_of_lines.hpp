@@ -18,6 +18,15 @@ inline constexpr double kLargestAtEnd = 0.5;
 /// The same where |L| rises there: the lines end on the flank of a resonance, of which |L| is a small part.
 inline constexpr double kLargestRising = 0.25;
 
+/// Above such lines nothing stands.
+[[nodiscard]] inline bool reach_half_the_rate(double last_hz, double sample_time_s) noexcept {
+  constexpr double kNearly = 0.95;
+  return 2.0 * last_hz * sample_time_s >= kNearly;
+}
+
+/// Steps from a ten-thousandth of the first line up to it along which a controller of any kind is followed.
+inline constexpr int kStepsBelowFirstLine = 2000;
+
 struct LoopEnd {
   double size = 0.0;  ///< |L| at the last line; of a line that errs the largest within its error.
   double rise = 1.0;  ///< |L| at the last line over the least in the octave below it.

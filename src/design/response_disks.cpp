@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <resonid/base/constants.hpp>
 
 #include "design/disk_loop.hpp"
@@ -15,9 +14,7 @@ namespace resonid::design {
 namespace {
 
 using Complex = std::complex<double>;
-/// From a ten-thousandth of the first line up to it, of a controller that is given whole: half a percent
-/// each.
-constexpr int kStepsBelow = 2000;
+/// How far those of kStepsBelowFirstLine are apart, relative.
 constexpr double kStepBelow = 5e-3;
 
 /// A controller that is given whole, outside the lines.
@@ -251,9 +248,9 @@ class DiskSearch {
   [[nodiscard]] std::optional<double> begins_at(const Gains& gains) const {
     const DiskLine& first = lines_.front();
     if (whole_)
-      return angle_at_first_line(machine_, whole_->outside.integrators, kStepsBelow,
+      return angle_at_first_line(machine_, whole_->outside.integrators, kStepsBelowFirstLine,
                                  [&](double part) { return whole_->at_hz(first.frequency_hz * part); });
-    return angle_at_first_line(machine_, 1.0, kStepsBelow / 10,
+    return angle_at_first_line(machine_, 1.0, kStepsBelowFirstLine / 10,
                                [&](double part) { return gains.kp + gains.ki * first.integrator / part; });
   }
 
@@ -372,9 +369,8 @@ expected<void> check_modes(const ControllerPoles& poles, const std::vector<doubl
 
 double growth_beyond(const data::TransferFunction& controller, const ControllerPoles& poles, double last_hz) {
   constexpr int kSteps = 400;
-  constexpr double kToHalfTheRate = 0.95;
   const double nyquist = 0.5 / controller.sample_time_s;
-  if (last_hz >= kToHalfTheRate * nyquist) return 1.0;
+  if (reach_half_the_rate(last_hz, controller.sample_time_s)) return 1.0;
   const double at_end = std::abs(controller.response(last_hz));
   double most = at_end;
   const auto look_at = [&](double f) { most = std::max(most, std::abs(controller.response(f))); };

@@ -233,8 +233,7 @@ void promise_ends(const data::FrequencyResponse& plant, double size, Tuning& tun
     return std::abs(c.feedback.response(plant.frequency_hz[i])) * (std::abs(plant.value[i]) + std);
   };
   const double last_hz = plant.frequency_hz.back();
-  constexpr double kToHalfTheRate = 0.95;
-  if (2.0 * last_hz * tuning.sample_time_s >= kToHalfTheRate) return;
+  if (design::reach_half_the_rate(last_hz, tuning.sample_time_s)) return;
   const bool rises = design::loop_end(plant.frequency_hz, size_at, size).rises();
   const double left = 1.0 - 2.0 * size;
   if (!rises && left * *figure->bound >= 1.0) return;

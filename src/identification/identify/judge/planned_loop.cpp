@@ -140,11 +140,10 @@ bool begins_below_resonances(const data::FrequencyResponse& loop, const data::Tr
 /// torque and k integrators of the controller make -90 (1 + k) deg; nothing where the sign is another.
 std::optional<double> begin_deg(const data::FrequencyResponse& loop, const data::TransferFunction& controller,
                                 int integrators) {
-  constexpr int kSteps = 2000;
   const double first_hz = loop.frequency_hz.front();
-  const auto begin =
-      design::angle_at_first_line(loop.value.front() / controller.response(first_hz), integrators, kSteps,
-                                  [&](double part) { return controller.response(part * first_hz); });
+  const auto begin = design::angle_at_first_line(
+      loop.value.front() / controller.response(first_hz), integrators, design::kStepsBelowFirstLine,
+      [&](double part) { return controller.response(part * first_hz); });
   if (!begin) return std::nullopt;
   return *begin * 180.0 / kPi;
 }
@@ -155,9 +154,8 @@ std::optional<std::string> may_rise_above(const data::FrequencyResponse& lines, 
                                           double sample_time_s) {
   constexpr double kGrows = 1.05;
   const double at_end = growth * size;
-  constexpr double kToHalfTheRate = 0.95;
   const double last_hz = lines.frequency_hz.back();
-  const bool whole = last_hz * sample_time_s >= 0.5 * kToHalfTheRate;
+  const bool whole = design::reach_half_the_rate(last_hz, sample_time_s);
   // Noise of single lines is no rise: the last within its deviation, the others within theirs.
   const auto size_at = [&](std::size_t i) {
     const double std = lines.std.empty() ? 0.0 : lines.std[i];
