@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "design/closed_loop.hpp"
-#include "design/figures.hpp"
+#include "design/course.hpp"
 #include "linalg/parallel.hpp"
 
 namespace resonid::design {
@@ -203,21 +203,22 @@ PositionStep position_step_of(const Machine& machine, const Cascade& cascade) {
   const ClosedLoop loop = closed_loop(machine.states(), linear_controller(cascade, step).states());
   const double radius = loop.spectral_radius();
   if (!(radius < 1.0)) return {kNoError, kNoError, kNoError};
-  constexpr double kSettled = 1e-9;  // of the peak, over a while
+  // The position is the sum of the velocities, this sample's with them.
+  const Eigen::Index n = loop.a.rows();
+  Eigen::RowVectorXd output(n + 1);
+  output << step * loop.measured, 1.0;
+  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(n + 1, n + 1);
+  a.topLeftCorner(n, n) = loop.a;
+  a.bottomRows(1) = output;
+  Eigen::VectorXd input = Eigen::VectorXd::Zero(n + 1);
+  input.head(n) = -loop.load_torque;
+  constexpr double kSettled = 1e-9;
   const auto while_quiet = static_cast<std::size_t>(std::ceil(0.1 / step)) + 100;
-  const std::size_t most = most_samples(radius);
+  const auto course = course_of(a, input, output, radius, kSettled, while_quiet);
   PositionStep found;
-  Eigen::VectorXd state = Eigen::VectorXd::Zero(loop.a.rows());
-  double position = 0.0;
-  std::size_t quiet = 0;
-  for (std::size_t k = 0; k < most && quiet < while_quiet; ++k) {
-    position += step * loop.measured * state;
-    found.iae += step * std::abs(position);
-    found.ie -= step * position;
-    found.peak = std::max(found.peak, std::abs(position));
-    quiet = k > 10 && std::abs(position) < kSettled * found.peak ? quiet + 1 : 0;
-    state = (loop.a * state - loop.load_torque).eval();
-  }
+  found.iae = step * course.absolute;
+  found.ie = -step * course.sum;
+  found.peak = std::max(course.highest, -course.lowest);
   return found;
 }
 

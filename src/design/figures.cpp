@@ -6,6 +6,7 @@
 #include <functional>
 #include <resonid/base/constants.hpp>
 
+#include "design/course.hpp"
 #include "linalg/decompositions.hpp"
 
 namespace resonid::design {
@@ -51,7 +52,9 @@ class Figures {
     find_bandwidth(f);
     find_modes(poles, f);
     if (f.stable) {
-      f.noise_gain = noise_gain(f.spectral_radius);
+      // Torque after an impulse of measured noise.
+      f.noise_gain = std::sqrt(closed_.torque_by_reference * closed_.torque_by_reference +
+                               impulse_energy(closed_.a, closed_.reference, closed_.torque));
       f.load_step = load_step_of(closed_, f.spectral_radius);
     }
     return f;
@@ -108,20 +111,6 @@ class Figures {
               [](const auto& a, const auto& b) { return a.frequency_hz < b.frequency_hz; });
   }
 
-  /// The torque after an impulse of measured noise: its squares add up to the noise gain's.
-  [[nodiscard]] double noise_gain(double spectral_radius) const {
-    Eigen::VectorXd state = -closed_.reference;
-    double sum = closed_.torque_by_reference * closed_.torque_by_reference;
-    const std::size_t most = most_samples(spectral_radius);
-    for (std::size_t k = 0; k < most; ++k) {
-      const double torque = closed_.torque * state;
-      sum += torque * torque;
-      state = closed_.a * state;
-      if (state.squaredNorm() < 1e-24 * sum) break;
-    }
-    return std::sqrt(sum);
-  }
-
   LoopFunctions loop_;
   ClosedLoop closed_;
   std::vector<double> lines_hz_;
@@ -130,35 +119,19 @@ class Figures {
 
 }  // namespace
 
-std::size_t most_samples(double spectral_radius) {
-  const double decay = -std::log(std::min(spectral_radius, 1.0 - 1e-7));
-  return static_cast<std::size_t>(std::clamp(40.0 / decay, 100.0, 2e6));
-}
-
 const Peak& LoopFigures::peak(Transfer transfer) const {
   return *std::find_if(peaks.begin(), peaks.end(), [&](const Peak& p) { return p.transfer == transfer; });
 }
 
 LoadStep load_step_of(const ClosedLoop& loop, double spectral_radius) {
-  LoadStep step;
-  Eigen::VectorXd state = Eigen::VectorXd::Zero(loop.a.rows()), next(loop.a.rows());
-  double other_side = 0.0;
-  const std::size_t most = most_samples(spectral_radius);
-  constexpr double kSettled = 1e-7;  // of the peak, over a while
-  std::size_t quiet = 0;
+  constexpr double kSettled = 1e-7;
   const auto while_quiet = static_cast<std::size_t>(std::ceil(0.1 / loop.sample_time_s)) + 100;
-  for (std::size_t k = 0; k < most && quiet < while_quiet; ++k) {
-    const double v = loop.load * state;
-    step.iae += loop.sample_time_s * std::abs(v);
-    step.ie -= loop.sample_time_s * v;
-    step.peak = std::max(step.peak, -v);
-    other_side = std::max(other_side, v);
-    quiet = k > 10 && std::abs(v) < kSettled * step.peak ? quiet + 1 : 0;
-    next.noalias() = loop.a * state;
-    next -= loop.load_torque;
-    state.swap(next);
-  }
-  step.rebound = step.peak > 0.0 ? other_side / step.peak : 0.0;
+  const auto course = course_of(loop.a, -loop.load_torque, loop.load, spectral_radius, kSettled, while_quiet);
+  LoadStep step;
+  step.iae = loop.sample_time_s * course.absolute;
+  step.ie = -loop.sample_time_s * course.sum;
+  step.peak = -course.lowest;
+  step.rebound = step.peak > 0.0 ? course.highest / step.peak : 0.0;
   return step;
 }
 

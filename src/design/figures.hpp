@@ -10,9 +10,6 @@ namespace resonid::design {
 
 [[nodiscard]] LoadStep load_step_of(const ClosedLoop& loop, double spectral_radius);
 
-/// How many samples it takes until nothing is left, within reason.
-[[nodiscard]] std::size_t most_samples(double spectral_radius);
-
 /// `share`: of the lines that are looked at first (first_lines_hz).
 [[nodiscard]] LoopFigures figures_of(const Machine& machine, const LinearController& controller,
                                      double share = 1.0);

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "design/closed_loop.hpp"
-#include "design/figures.hpp"
+#include "design/course.hpp"
 
 namespace resonid::design {
 namespace {

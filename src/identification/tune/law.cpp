@@ -9,6 +9,7 @@
 #include <numeric>
 #include <utility>
 
+#include "design/course.hpp"
 #include "design/figures.hpp"
 #include "design/pid.hpp"
 #include "design/polynomial.hpp"

@@ -151,14 +151,12 @@ class Tuner {
     auto judgement = *std::move(given);
     if (judgement.structure.empty()) judgement.structure = "given";
     tuning_.candidates = {std::move(judgement)};
-    if (const auto crossing = check_crossover(tuning_.proposed(), nominal_, results_); !crossing) {
-      tuning_.candidates.front().within = false;
+    if (const auto crossing = check_crossover(tuning_.proposed(), nominal_, results_); !crossing)
       tuning_.findings.push_back({"crossover-not-measured",
                                   diagnostics::Severity::error,
                                   {},
                                   {},
                                   "The margins are not known: " + crossing.error().requirement.str() + "."});
-    }
     return {};
   }
 
@@ -410,8 +408,10 @@ class Tuner {
   Tuning finished() {
     const bool trusted =
         std::all_of(results_.begin(), results_.end(), [](const Result& r) { return r.trusted; });
-    tuning_.trusted =
-        trusted && tuning_.proposed().within && !is_step_far_beyond(tuning_.proposed(), tuning_);
+    const bool crosses_inside = std::ranges::find(tuning_.findings, "crossover-not-measured",
+                                                  &diagnostics::Finding::id) == tuning_.findings.end();
+    tuning_.trusted = trusted && crosses_inside && tuning_.proposed().within &&
+                      !is_step_far_beyond(tuning_.proposed(), tuning_);
     add_remarks(tuning_, results_);
     return std::move(tuning_);
   }

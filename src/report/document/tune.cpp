@@ -60,6 +60,7 @@ std::string condition_text(const Tuning& t) {
                                {"prediction-fails", "the loop were the one that was promised"},
                                {"fails-in-simulation", "the drive were the identified one"},
                                {"simulation-beyond-bound", "the drive were the identified one"},
+                               {"crossover-not-measured", "the model held where the loop crosses"},
                                {"step-not-kept", "the drive had the torque that its step takes"}};
   if (t.trusted) return {};
   for (const auto& cause : kCauses)

@@ -263,6 +263,21 @@ TEST(Tune, TellsTheLeastNoiseOfALoopThatCrossesInsideTheBand) {
   }
 }
 
+/// Its bounds would be kept, if the model held there.
+TEST(Tune, DoesNotTrustAGivenControllerThatCrossesOutsideTheBand) {
+  auto o = few_draws();
+  o.evaluate = pi(1e-3, 1e-5);
+  const auto judged = tune(identified(), o);
+  ASSERT_TRUE(judged) << message_of(judged.error());
+  EXPECT_FALSE(judged->trusted);
+  EXPECT_TRUE(judged->proposed().stable && judged->proposed().within);
+  const auto has = [&](const char* id) {
+    return std::ranges::find(judged->findings, id, &diagnostics::Finding::id) != judged->findings.end();
+  };
+  EXPECT_TRUE(has("crossover-not-measured"));
+  EXPECT_FALSE(has("bounds-exceeded"));
+}
+
 /// Even without a weight the step takes what the drive does not have.
 TEST(Tune, DoesNotTrustAStepThatIsFarBeyondTheTorque) {
   auto o = few_draws();

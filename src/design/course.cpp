@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+#include "design/course.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "linalg/decompositions.hpp"
+
+namespace resonid::design {
+namespace {
+
+constexpr std::size_t kFine = 20'000;  // samples that are looked at one by one
+
+/// Samples that may be taken at once after kFine of them: a small part of the time constant and of the period
+/// of every mode that is left.
+std::size_t stride_of(const Eigen::MatrixXd& a) {
+  constexpr double kGone = 1e-12, kPartOfTime = 1e-3, kTurn = 0.01, kLongest = 1 << 20;
+  double longest = kLongest;
+  for (const auto& pole : linalg::eigenvalues(a)) {
+    const double decay = -std::log(std::abs(pole));
+    if (decay * static_cast<double>(kFine) > -std::log(kGone)) continue;
+    longest = std::min({longest, kPartOfTime / std::max(decay, 1e-12), kTurn / std::abs(std::arg(pole))});
+  }
+  std::size_t stride = 1;
+  while (2.0 * static_cast<double>(stride) <= longest) stride *= 2;
+  return stride;
+}
+
+/// x' = step x with the constant as its last state; y summed up over a step.
+struct Strides {
+  Eigen::MatrixXd step, sum;
+
+  Strides(const Eigen::MatrixXd& a, const Eigen::VectorXd& input, std::size_t stride) {
+    const Eigen::Index n = a.rows();
+    step = sum = Eigen::MatrixXd::Identity(n + 1, n + 1);
+    step.topLeftCorner(n, n) = a;
+    step.topRightCorner(n, 1) = input;
+    for (std::size_t taken = 1; taken < stride; taken *= 2) {
+      sum += (step * sum).eval();
+      step = (step * step).eval();
+    }
+  }
+};
+
+}  // namespace
+
+std::size_t most_samples(double spectral_radius) {
+  const double decay = -std::log(std::min(spectral_radius, 1.0 - 1e-7));
+  return static_cast<std::size_t>(std::clamp(40.0 / decay, 100.0, 2e6));
+}
+
+Course course_of(const Eigen::MatrixXd& a, const Eigen::VectorXd& input, const Eigen::RowVectorXd& output,
+                 double spectral_radius, double settled, std::size_t quiet) {
+  const Eigen::Index n = a.rows();
+  const std::size_t most = most_samples(spectral_radius);
+  Course course;
+  Eigen::VectorXd state = Eigen::VectorXd::Zero(n), next(n);
+  std::size_t still = 0, k = 0;
+  const auto take = [&](double y, double sum, std::size_t samples) {
+    course.absolute += std::abs(sum);
+    course.sum += sum;
+    course.highest = std::max(course.highest, y);
+    course.lowest = std::min(course.lowest, y);
+    const double largest = std::max(course.highest, -course.lowest);
+    still = k > 10 && std::abs(y) < settled * largest ? still + samples : 0;
+  };
+  for (; k < std::min(most, kFine) && still < quiet; ++k) {
+    const double y = output * state;
+    take(y, y, 1);
+    next.noalias() = a * state;
+    next += input;
+    state.swap(next);
+  }
+  if (k >= most || still >= quiet) return course;
+  const std::size_t stride = stride_of(a);
+  const Strides strides(a, input, stride);
+  const Eigen::RowVectorXd summed = output * strides.sum.topRows(n);
+  Eigen::VectorXd whole(n + 1), after(n + 1);
+  whole << state, 1.0;
+  for (; k < most && still < quiet; k += stride) {
+    take(output * whole.head(n), summed * whole, stride);
+    after.noalias() = strides.step * whole;
+    whole.swap(after);
+  }
+  return course;
+}
+
+double impulse_energy(Eigen::MatrixXd a, const Eigen::VectorXd& start, const Eigen::RowVectorXd& output) {
+  constexpr int kDoublings = 40;
+  constexpr double kNothing = 1e-18;
+  Eigen::MatrixXd states = start * start.transpose();
+  for (int i = 0; i < kDoublings; ++i) {
+    const Eigen::MatrixXd more = a * states * a.transpose();
+    states += more;
+    if (more.trace() <= kNothing * states.trace()) break;
+    a = (a * a).eval();
+  }
+  return output * states * output.transpose();
+}
+
+}  // namespace resonid::design
