@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <resonid/base/constants.hpp>
 
 namespace resonid::design {
@@ -50,13 +51,18 @@ class MarginLines {
     return values[i - 1] + part * (values[i] - values[i - 1]);
   }
 
+  /// A controller may be zero at a line.
+  [[nodiscard]] double log_size(std::size_t i) const {
+    return std::log(std::max(std::abs(loop_[i]), std::numeric_limits<double>::min()));
+  }
+
   void find_crossings() {
     std::vector<PlaceAtOne> reached;
     for (std::size_t i = 0; i < loop_.size(); ++i)
       if (const double size = std::abs(loop_[i]); size > 0.0 && std::abs(size - 1.0) <= radii_[i])
         reached.emplace_back(frequencies_hz_[i], loop_[i], radii_[i]);
     for (std::size_t i = 1; i < loop_.size(); ++i) {
-      const double before = std::log(std::abs(loop_[i - 1])), after = std::log(std::abs(loop_[i]));
+      const double before = log_size(i - 1), after = log_size(i);
       if ((before >= 0.0) == (after >= 0.0)) continue;
       const double part = before / (before - after);
       const double angle = std::arg(loop_[i - 1]) + part * std::arg(loop_[i] * std::conj(loop_[i - 1]));

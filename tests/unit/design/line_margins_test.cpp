@@ -70,6 +70,20 @@ TEST(LineMargins, AreNoneWhereADiskReachesMinusOne) {
   EXPECT_NEAR(m.gain_db->worst, 0.0, 1e-12);
 }
 
+/// As of a controller that is zero at a line: it crosses on either side of it.
+TEST(LineMargins, AreFiniteBesideALineWithoutALoop) {
+  const std::vector<double> f = {1.0, 2.0, 3.0, 4.0};
+  const std::vector<std::complex<double>> loop = {{0.0, -4.0}, 0.0, {0.0, -2.0}, {-0.1, -0.2}};
+  const auto m = line_margins(f, loop, std::vector<double>(4, 0.0));
+  ASSERT_EQ(m.crossings.size(), 3U);
+  for (const auto& crossing : m.crossings)
+    EXPECT_TRUE(std::isfinite(crossing.frequency_hz) && std::isfinite(crossing.phase_margin_deg));
+  EXPECT_GT(m.crossings[0].frequency_hz, 1.0);
+  EXPECT_LT(m.crossings[0].frequency_hz, 2.0);
+  ASSERT_TRUE(m.phase_deg && m.delay_s);
+  EXPECT_TRUE(std::isfinite(m.phase_deg->worst) && std::isfinite(m.delay_s->worst));
+}
+
 /// On the lines of the golden response, and exactly on its machine.
 TEST(LineMargins, AgreeWithThoseOfTheMachine) {
   const auto golden = test::golden_json("e_tune_robust.json");

@@ -308,6 +308,43 @@ TEST(ResponseDisks, KeepToControllersThatTheLinesCanTell) {
   EXPECT_EQ(tells(resonant), LinesTell::ends_large);
 }
 
+TEST(ControllerByLines, TellsWhatStandsOutsideThem) {
+  const auto lines_hz = inertia(20.0).frequencies_hz;
+  const auto pi = controller_by_lines(FilteredPi{1.0, 0.5, {}}.transfer_function(kStep), lines_hz);
+  ASSERT_TRUE(pi);
+  EXPECT_EQ(pi->integrators, 1);
+  EXPECT_DOUBLE_EQ(pi->growth, 1.0);
+  const auto p = controller_by_lines({{0.6}, {1.0}, kStep}, lines_hz);
+  ASSERT_TRUE(p);
+  EXPECT_EQ(p->integrators, 0);
+  // 1 - z^-1 is 2 sin(pi f Ts), and 2 at half the rate.
+  const auto lead = controller_by_lines({{1.0, -1.0}, {1.0}, kStep}, lines_hz);
+  ASSERT_TRUE(lead);
+  EXPECT_NEAR(lead->growth, 1.0 / std::sin(kPi * 20.0 * kStep), 1e-6);
+  const auto whole = controller_by_lines({{1.0, -1.0}, {1.0}, kStep}, inertia(245.0).frequencies_hz);
+  ASSERT_TRUE(whole);
+  EXPECT_DOUBLE_EQ(whole->growth, 1.0);
+}
+
+/// 1 + z^-1 is 0 at half the rate, where the lines end: nothing stands beyond.
+TEST(ResponseDisks, JudgeANotchAtHalfTheRate) {
+  for (const double to_hz : {245.0, 250.0}) {
+    const auto found = judged_by_response(inertia(to_hz), {{1.0, 1.0}, {1.0}, kStep}, sensitivity_only());
+    ASSERT_TRUE(found) << to_hz;
+    EXPECT_EQ(found->stability.tells, LinesTell::stable) << to_hz;
+    for (const Peak& peak : found->worst) EXPECT_TRUE(std::isfinite(peak.value)) << to_hz;
+  }
+}
+
+/// A zero on the last line hides what the controller does above it: 10 (2 + 2 cos w) at half the rate.
+TEST(ResponseDisks, JudgeAZeroAtTheLastLineByWhatIsBeyond) {
+  const double cosine = std::cos(kTwoPi * 20.0 * kStep);
+  const auto found =
+      judged_by_response(inertia(20.0), {{10.0, -20.0 * cosine, 10.0}, {1.0}, kStep}, sensitivity_only());
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->stability.tells, LinesTell::ends_large);
+}
+
 TEST(LoopEnd, LeavesRoomForWhatIsNotSeen) {
   const std::vector<double> f = {1.0, 6.0, 8.0, 10.0};
   const auto end = [&](double before, double last, double error = 0.0) {

@@ -266,7 +266,7 @@ TEST(Tune, TellsTheLeastNoiseOfALoopThatCrossesInsideTheBand) {
 /// Its bounds would be kept, if the model held there.
 TEST(Tune, DoesNotTrustAGivenControllerThatCrossesOutsideTheBand) {
   auto o = few_draws();
-  o.evaluate = pi(1e-3, 1e-5);
+  o.evaluate = pi(0.01, 10.0);
   const auto judged = tune(identified(), o);
   ASSERT_TRUE(judged) << message_of(judged.error());
   EXPECT_FALSE(judged->trusted);
