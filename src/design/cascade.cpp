@@ -202,7 +202,7 @@ PositionStep position_step_of(const Machine& machine, const Cascade& cascade) {
   const double step = machine.sample_time_s();
   const ClosedLoop loop = closed_loop(machine.states(), linear_controller(cascade, step).states());
   const double radius = loop.spectral_radius();
-  if (!(radius < 1.0)) return {kNoError, kNoError, kNoError};
+  if (!(radius < kStableRadius)) return {kNoError, kNoError, kNoError};
   // The position is the sum of the velocities, this sample's with them.
   const Eigen::Index n = loop.a.rows();
   Eigen::RowVectorXd output(n + 1);

@@ -13,6 +13,9 @@
 
 namespace resonid::design {
 
+/// A pole on the circle, as of a controller without a gain at standstill, comes out on either side of it.
+inline constexpr double kStableRadius = 1.0 - 1e-10;
+
 /// Drive and controller: u = C (r - y).
 struct ClosedLoop {
   Eigen::MatrixXd a;
@@ -22,7 +25,7 @@ struct ClosedLoop {
   double sample_time_s = 0.0;
 
   [[nodiscard]] double spectral_radius() const;
-  [[nodiscard]] bool is_stable() const { return spectral_radius() < 1.0; }
+  [[nodiscard]] bool is_stable() const { return spectral_radius() < kStableRadius; }
 };
 [[nodiscard]] ClosedLoop closed_loop(const fit::SampledStates& drive, const ControllerStates& controller);
 

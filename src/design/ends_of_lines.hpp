@@ -13,51 +13,81 @@
 // (docs/methods/tune.md 7.7): that it integrates its torque, and that no resonance stands close by.
 namespace resonid::design {
 
-/// The largest |L| at the last line: beyond it the response may be anything up to twice what it would be.
-inline constexpr double kLargestAtEnd = 0.5;
-/// The same where |L| rises there: the lines end on the flank of a resonance, of which |L| is a small part.
-inline constexpr double kLargestRising = 0.25;
-
-/// Above such lines nothing stands.
-[[nodiscard]] inline bool reach_half_the_rate(double last_hz, double sample_time_s) noexcept {
-  constexpr double kNearly = 0.95;
-  return 2.0 * last_hz * sample_time_s >= kNearly;
-}
-
 /// Steps from a ten-thousandth of the first line up to it along which a controller of any kind is followed.
 inline constexpr int kStepsBelowFirstLine = 2000;
 
-struct LoopEnd {
-  double size = 0.0;  ///< |L| at the last line; of a line that errs the largest within its error.
-  double rise = 1.0;  ///< |L| at the last line over the least in the octave below it.
+/// What lines tell of a machine at the last of them, from where on it is not known.
+struct MachineEnd {
+  double size = 0.0;   ///< The largest |G| there within its error, or what an inertia brings there if larger.
+  bool rises = false;  ///< On the flank of a resonance, which stands above.
+  bool dips = false;   ///< Before an anti-resonance, above which a resonance stands.
+  bool is_whole = false;  ///< Lines reach half of the sample rate, above which nothing stands.
 
-  [[nodiscard]] bool rises() const {
-    constexpr double kFlat = 1.1;
-    return rise > kFlat;
+  /// The largest |L| for which nothing that stands above makes the loop unstable. What is not seen may be
+  /// twice as large as an inertia would be; a resonance of which the flank is seen, fifty times; between the
+  /// last line and half of the rate no room is left for one.
+  [[nodiscard]] double largest_loop() const {
+    return is_whole ? 0.9 : is_below_resonance() ? kBelowResonance : 0.5;
   }
+  [[nodiscard]] bool is_below_resonance() const { return !is_whole && (rises || dips); }
+  static constexpr double kBelowResonance = 0.02;
 };
 
-/// Of a loop at ascending frequencies, of which `size_at(i)` is |L| at a line, and `size` that at the last
-/// one with its error. The octave is looked at down to where |L| was twice as large: past a peak it falls,
-/// whatever lies below that.
-template <class SizeAt>
-[[nodiscard]] LoopEnd loop_end(std::span<const double> frequencies_hz, SizeAt&& size_at, double size) {
-  constexpr double kPastPeak = 2.0;
-  const double last = size_at(frequencies_hz.size() - 1);
-  double least = last;
-  for (std::size_t i = frequencies_hz.size(); i-- > 0 && frequencies_hz[i] >= 0.5 * frequencies_hz.back();) {
-    const double here = size_at(i);
-    if (here > kPastPeak * last) break;
-    least = std::min(least, here);
+/// Of a machine at ascending frequencies, of which `size_at(i)` is |G| and `radius_at(i)` its largest error.
+/// In place of |G| that of an inertia is looked at as one, |G| 2 sin(pi f Ts), lines within 5 % of a
+/// frequency together, so that the noise of single ones is no rise. It rises by a fifth within an octave on
+/// the flank of a resonance; past a peak, of which the other side lies below, it falls. Towards an
+/// anti-resonance it falls quicker and quicker, 1 - (f/fa)^2, which a lag does not. As long as it only falls,
+/// |G| counts as an inertia's.
+template <class SizeAt, class RadiusAt>
+[[nodiscard]] MachineEnd machine_end(std::span<const double> frequencies_hz, SizeAt&& size_at,
+                                     RadiusAt&& radius_at, double sample_time_s) {
+  constexpr double kGroup = 1.05, kSure = 0.6, kRise = 1.2, kPastPeak = 1.3, kPeak = 1.5;
+  constexpr double kLittle = 0.25, kLess = 0.6, kSteep = 1.5, kQuarter = 1.19;
+  constexpr double kOctave = 2.0, kTwoOctaves = 4.0, kNearlyHalf = 0.95;
+  const double last_hz = frequencies_hz.back();
+  const auto per_inertia = [&](double f) { return 2.0 * std::sin(kPi * std::min(f * sample_time_s, 0.5)); };
+  MachineEnd end;
+  end.is_whole = 2.0 * last_hz * sample_time_s >= kNearlyHalf;
+  double last = 0.0, last_error = 0.0, largest = 0.0;
+  double steepness = 0.0;  // over a quarter of an octave
+  bool first = true, is_past_peak = false, has_peak = false;
+  for (std::size_t i = frequencies_hz.size(); i > 0;) {
+    const double top_hz = frequencies_hz[i - 1];
+    if (kTwoOctaves * top_hz < last_hz) break;
+    double sum = 0.0, squares = 0.0, lines = 0.0;
+    for (; i > 0 && kGroup * frequencies_hz[i - 1] > top_hz; --i) {
+      const double scale = per_inertia(frequencies_hz[i - 1]), radius = scale * radius_at(i - 1);
+      sum += scale * size_at(i - 1);
+      squares += radius * radius;
+      ++lines;
+    }
+    const double here = sum / lines, error = kSure * std::sqrt(squares) / lines;
+    if (steepness == 0.0 && kQuarter * top_hz < last_hz)
+      steepness = std::log(std::max(here - error, 0.0) / (last + last_error)) / std::log(last_hz / top_hz);
+    if (first) {
+      last = here;
+      last_error = error;
+      first = false;
+    }
+    is_past_peak = is_past_peak || here - error > kPastPeak * (last + last_error);
+    if (!is_past_peak && kOctave * top_hz >= last_hz && last - last_error > kRise * (here + error))
+      end.rises = true;
+    has_peak = has_peak || kPeak * (here + error) < largest;
+    largest = std::max(largest, here - error);
   }
-  return {size, last / least};
+  end.dips = !has_peak && (last + last_error < kLittle * largest ||
+                           (last + last_error < kLess * largest && steepness > kSteep));
+  end.size = size_at(frequencies_hz.size() - 1) + radius_at(frequencies_hz.size() - 1);
+  if (!has_peak && !end.is_whole) end.size = std::max(end.size, largest / per_inertia(last_hz));
+  return end;
 }
 
-/// Whether what the lines do not show may make the loop unstable. A thousandth more than the limit is none:
-/// designs reach it, and gains are rounded.
-[[nodiscard]] inline bool ends_too_large(const LoopEnd& end) {
+/// Whether what the lines do not show may make the loop unstable; `largest_controller`: |C| from the last
+/// line on. A thousandth more than the limit is none: designs reach it, and gains are rounded.
+[[nodiscard]] inline bool ends_too_large(const MachineEnd& end, double largest_controller) {
   constexpr double kRounding = 1e-3;
-  return !(end.size <= (end.rises() ? kLargestRising : (1.0 + kRounding) * kLargestAtEnd));
+  return !(end.size * largest_controller <= (1.0 + kRounding) * end.largest_loop());
 }
 
 /// A quarter turn away from an inertia is no delay that a loop of |L| > 1 would stand there: the sign is

@@ -45,7 +45,7 @@ class Figures {
     LoopFigures f;
     const Eigen::VectorXcd poles = linalg::eigenvalues(closed_.a);
     f.spectral_radius = poles.cwiseAbs().maxCoeff();
-    f.stable = f.spectral_radius < 1.0;
+    f.stable = f.spectral_radius < kStableRadius;
     for (const Transfer transfer : kTransfers) f.peaks.push_back(loop_.largest(transfer, lines_hz_));
     find_crossings(f);
     find_gain_margin(f);

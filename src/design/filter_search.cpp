@@ -184,7 +184,7 @@ std::optional<FilteredDesign> search_filters_again(Machines& machines, const Bou
 double load_step_iae(const Machine& machine, const FilteredPi& controller) {
   const auto loop = closed_loop(machine.states(), states_of(controller, machine.sample_time_s()));
   const double radius = loop.spectral_radius();
-  return radius < 1.0 ? load_step_of(loop, radius).iae : kInfinite;
+  return radius < kStableRadius ? load_step_of(loop, radius).iae : kInfinite;
 }
 
 double rough_load_step_iae(const Machine& machine, const FilteredPi& controller) {

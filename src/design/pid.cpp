@@ -65,7 +65,7 @@ class PidSearch {
       const auto loop =
           closed_loop(machine.states(), states_of(pid.transfer_function(machine.sample_time_s())));
       const double radius = loop.spectral_radius();
-      if (!(radius < 1.0)) return std::numeric_limits<double>::infinity();
+      if (!(radius < kStableRadius)) return std::numeric_limits<double>::infinity();
       sum += load_step_of(loop, radius).iae;
     }
     return sum / static_cast<double>(machines_.all.size());

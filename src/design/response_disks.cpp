@@ -28,8 +28,12 @@ class DiskSearch {
   /// `filter` stands behind the gains, at every line; of a controller that is given whole it is all of it,
   /// and the gains are 1 and 0.
   DiskSearch(const ResponseDisks& response, std::span<const Complex> filter, const Bounds& bounds,
-             std::optional<AntiResonance> load, std::optional<WholeController> whole = {})
-      : bounds_(bounds), transfers_(bounded_transfers(bounds)), whole_(std::move(whole)) {
+             std::optional<AntiResonance> load, double filter_beyond,
+             std::optional<WholeController> whole = {})
+      : bounds_(bounds),
+        transfers_(bounded_transfers(bounds)),
+        whole_(std::move(whole)),
+        filter_beyond_(filter_beyond) {
     for (std::size_t i = 0; i < filter.size(); ++i) {
       const double f = response.frequencies_hz[i];
       DiskLine line{f,
@@ -46,6 +50,9 @@ class DiskSearch {
       lines_.push_back(line);
     }
     machine_ = whole_ ? response.centres.front() : lines_.front().measured;
+    end_ = machine_end(
+        response.frequencies_hz, [&](std::size_t i) { return std::abs(response.centres[i]); },
+        [&](std::size_t i) { return response.radii[i]; }, response.sample_time_s);
   }
 
   struct Gains {
@@ -107,21 +114,17 @@ class DiskSearch {
     for (const DiskLine& line : lines_)
       if (const DiskLoop loop(line, gains.kp, gains.ki); !(std::abs(loop.returned) > loop.reach))
         return {LinesTell::passes_zero, line.frequency_hz, std::abs(loop.returned - 1.0)};
-    const auto last = end(gains);
-    if (!ends_too_large(last)) return {};
-    return {last.rises() ? LinesTell::ends_rising : LinesTell::ends_large, lines_.back().frequency_hz,
-            last.size, growth()};
+    if (!ends_too_large(end_, largest_beyond(gains))) return {};
+    return {end_.is_below_resonance() ? LinesTell::ends_below_resonance : LinesTell::ends_large,
+            lines_.back().frequency_hz, largest_loop_beyond(gains), end_.largest_loop(),
+            whole_ && whole_->outside.grows};
   }
 
-  [[nodiscard]] LoopEnd end(const Gains& gains) const {
-    std::vector<double> frequencies_hz;
-    for (const DiskLine& line : lines_) frequencies_hz.push_back(line.frequency_hz);
-    const auto size_at = [&](std::size_t i) { return std::abs(returned(i, gains) - 1.0); };
-    const double last = size_at(lines_.size() - 1) + DiskLoop(lines_.back(), gains.kp, gains.ki).reach;
-    return loop_end(frequencies_hz, size_at, std::isfinite(growth()) ? growth() * last : growth());
+  [[nodiscard]] const MachineEnd& end() const { return end_; }
+  /// From the last line on.
+  [[nodiscard]] double largest_loop_beyond(const Gains& gains) const {
+    return end_.size * largest_beyond(gains);
   }
-
-  [[nodiscard]] double growth() const { return whole_ ? whole_->outside.growth : 1.0; }
 
   [[nodiscard]] double least_loop_at_start(const Gains& gains) const {
     const DiskLoop loop(lines_.front(), gains.kp, gains.ki);
@@ -153,16 +156,20 @@ class DiskSearch {
         }
       found.push_back(peak);
     }
-    const double at_end = end(gains).size / kLargestAtEnd;
-    found.push_back({Transfer::beyond_band, at_end, lines_.back().frequency_hz, 1.0});
+    found.push_back({Transfer::beyond_band, largest_loop_beyond(gains) / end_.largest_loop(),
+                     lines_.back().frequency_hz, 1.0});
     return found;
   }
 
  private:
-  /// |kp + ki q| where |L| is as large as it may be at the last line.
-  [[nodiscard]] double largest_at_end() const {
-    return kLargestAtEnd / (std::abs(lines_.back().measured) + lines_.back().radius);
+  /// Gains with a filter fall above the last line, or the filter grows.
+  [[nodiscard]] double largest_beyond(const Gains& gains) const {
+    return whole_ ? whole_->outside.largest_beyond
+                  : std::abs(gains.kp + gains.ki * lines_.back().integrator) * filter_beyond_;
   }
+
+  /// |kp + ki q| where |L| is as large as it may be at the last line.
+  [[nodiscard]] double largest_at_end() const { return end_.largest_loop() / (end_.size * filter_beyond_); }
 
   /// The ki up to which |L| is small enough there.
   [[nodiscard]] double largest_integral_at_end(double kp) const {
@@ -259,6 +266,8 @@ class DiskSearch {
   std::optional<WholeController> whole_;
   std::vector<DiskLine> lines_;
   Complex machine_;  ///< Its response at the first line.
+  MachineEnd end_;
+  double filter_beyond_ = 1.0;  ///< The largest of the filter behind the gains from the last line on.
 };
 
 }  // namespace
@@ -296,26 +305,6 @@ expected<void> check_disks(const ResponseDisks& response, const Bounds& bounds,
 }
 
 }  // namespace
-
-expected<ResponseDesign> largest_integral_gain(const ResponseDisks& response, std::span<const Biquad> biquads,
-                                               const Bounds& bounds, std::optional<AntiResonance> load) {
-  if (const auto valid = check_disks(response, bounds, load); !valid) return tl::unexpected(valid.error());
-  const auto filter = filter_values(biquads, response.frequencies_hz, response.sample_time_s);
-  const DiskSearch search(response, filter, bounds, load);
-  const auto best = search.best();
-  if (!best)
-    return refuse("response",
-                  "must let a gain within the bounds be told stable: from below the crossover on, on lines "
-                  "near to one another");
-  // A loop that only just keeps small there would meet the resonance on whose flank the lines end.
-  if (const LoopEnd end = search.end(*best); ends_too_large(end))
-    return refuse("response", "must not end where |L| rises: a resonance is near", end.rise);
-  const auto crossover_hz = search.crossover_hz(*best);
-  if (const double first = search.least_loop_at_start(*best); !crossover_hz || !(first > 1.0))
-    return refuse("response", "must begin where |L| is above 1", first);
-  return ResponseDesign{{*crossover_hz, search.worst(*best), search.largest_turn_deg(*best), {}},
-                        {best->kp, best->ki, {biquads.begin(), biquads.end()}}};
-}
 
 namespace {
 
@@ -367,27 +356,73 @@ expected<void> check_modes(const ControllerPoles& poles, const std::vector<doubl
   return {};
 }
 
-double growth_beyond(const data::TransferFunction& controller, const ControllerPoles& poles, double last_hz) {
+double largest_beyond(const data::TransferFunction& controller, const ControllerPoles& poles,
+                      double last_hz) {
   constexpr int kSteps = 400;
   const double nyquist = 0.5 / controller.sample_time_s;
-  if (reach_half_the_rate(last_hz, controller.sample_time_s)) return 1.0;
-  const double at_end = std::abs(controller.response(last_hz));
-  double most = at_end;
+  double most = 0.0;
   const auto look_at = [&](double f) { most = std::max(most, std::abs(controller.response(f))); };
-  for (int i = 1; i <= kSteps; ++i) look_at(last_hz + (nyquist - last_hz) * i / kSteps);
+  for (int i = 0; i <= kSteps; ++i) look_at(last_hz + (nyquist - last_hz) * i / kSteps);
   for (const auto& mode : poles.modes)
     if (mode.frequency_hz > last_hz) look_at(mode.frequency_hz);
-  return most / at_end;
+  return most;
+}
+
+/// A machine that integrates its torque stands under a constant load only by a controller that acts on that.
+bool acts_at_standstill(const data::TransferFunction& controller) {
+  constexpr double kNothing = 1e-12;
+  double sum = 0.0, sizes = 0.0;
+  for (const double term : controller.numerator) {
+    sum += term;
+    sizes += std::abs(term);
+  }
+  return std::abs(sum) > kNothing * sizes;
 }
 
 }  // namespace
 
 expected<ControllerByLines> controller_by_lines(const data::TransferFunction& controller,
                                                 const std::vector<double>& lines_hz) {
+  constexpr double kGrows = 1.05;
+  if (!acts_at_standstill(controller))
+    return refuse("controller", "must have a gain at standstill: without one any load runs away");
   const auto poles = poles_of(controller);
   if (!poles) return tl::unexpected(poles.error());
   if (const auto near = check_modes(*poles, lines_hz); !near) return tl::unexpected(near.error());
-  return ControllerByLines{poles->integrators, growth_beyond(controller, *poles, lines_hz.back())};
+  const double beyond = largest_beyond(controller, *poles, lines_hz.back());
+  return ControllerByLines{poles->integrators, beyond,
+                           beyond > kGrows * std::abs(controller.response(lines_hz.back()))};
+}
+
+expected<ResponseDesign> largest_integral_gain(const ResponseDisks& response, std::span<const Biquad> biquads,
+                                               const Bounds& bounds, std::optional<AntiResonance> load) {
+  if (const auto valid = check_disks(response, bounds, load); !valid) return tl::unexpected(valid.error());
+  const auto filter = filter_values(biquads, response.frequencies_hz, response.sample_time_s);
+  const FilteredPi alone{1.0, 0.0, {biquads.begin(), biquads.end()}};
+  const auto outside =
+      controller_by_lines(alone.transfer_function(response.sample_time_s), response.frequencies_hz);
+  if (!outside) return refuse("biquads", outside.error().requirement.str());
+  const DiskSearch search(response, filter, bounds, load, outside->largest_beyond);
+  const auto best = search.best();
+  if (!best && search.end().is_below_resonance())
+    return refuse("response",
+                  "must not end below a resonance, where it rises or falls as before an anti-resonance; "
+                  "excite beyond it",
+                  response.frequencies_hz.back());
+  if (!best)
+    return refuse("response",
+                  "must let a gain within the bounds be told stable: from below the crossover on, on lines "
+                  "near to one another");
+  const auto crossover_hz = search.crossover_hz(*best);
+  if (const double first = search.least_loop_at_start(*best); !crossover_hz || !(first > 1.0))
+    return refuse("response", "must begin where |L| is above 1", first);
+  return ResponseDesign{{*crossover_hz,
+                         search.worst(*best),
+                         search.largest_turn_deg(*best),
+                         {},
+                         search.end(),
+                         search.largest_loop_beyond(*best)},
+                        {best->kp, best->ki, {biquads.begin(), biquads.end()}}};
 }
 
 expected<ResponseLoop> judged_by_response(const ResponseDisks& response,
@@ -398,14 +433,18 @@ expected<ResponseLoop> judged_by_response(const ResponseDisks& response,
   if (!outside) return tl::unexpected(outside.error());
   const LinearController whole(controller);
   const DiskSearch search(
-      response, whole.at(response.frequencies_hz), bounds, load,
+      response, whole.at(response.frequencies_hz), bounds, load, 1.0,
       WholeController{[&whole](double f) { return whole.at(std::array{f}).front(); }, *outside});
   constexpr DiskSearch::Gains kAsGiven{1.0, 0.0};
   const auto crossover_hz = search.crossover_hz(kAsGiven);
   if (const double first = search.least_loop_at_start(kAsGiven); !crossover_hz || !(first > 1.0))
     return refuse("response", "must begin where |L| is above 1 and reach to where it is below", first);
-  return ResponseLoop{*crossover_hz, search.worst(kAsGiven), search.largest_turn_deg(kAsGiven),
-                      search.stability(kAsGiven)};
+  return ResponseLoop{*crossover_hz,
+                      search.worst(kAsGiven),
+                      search.largest_turn_deg(kAsGiven),
+                      search.stability(kAsGiven),
+                      search.end(),
+                      search.largest_loop_beyond(kAsGiven)};
 }
 
 }  // namespace resonid::design

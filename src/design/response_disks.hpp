@@ -11,6 +11,7 @@
 
 #include "design/closed_loop.hpp"
 #include "design/controller.hpp"
+#include "design/ends_of_lines.hpp"
 
 // Gains from a measured response alone (docs/methods/tune.md 7.7): no model, no order, no delay to be known.
 namespace resonid::design {
@@ -37,28 +38,30 @@ struct AntiResonance {
 
 /// What the lines tell of a loop's stability.
 enum class LinesTell {
-  stable,       ///< By the turns of 1 + L.
-  unstable,     ///< By the same, or by a controller that pushes the wrong way at standstill.
-  wrong_sign,   ///< The response begins with more than a quarter turn away from an inertia's.
-  turns_far,    ///< 1 + L turns by more than 90 deg from one line to the next.
-  passes_zero,  ///< A response within the disks takes 1 + L to 0.
-  ends_rising,  ///< ends_too_large(), on the flank of what may be a resonance.
-  ends_large    ///< ends_too_large()
+  stable,                ///< By the turns of 1 + L.
+  unstable,              ///< By the same, or by a controller that pushes the wrong way at standstill.
+  wrong_sign,            ///< The response begins with more than a quarter turn away from an inertia's.
+  turns_far,             ///< 1 + L turns by more than 90 deg from one line to the next.
+  passes_zero,           ///< A response within the disks takes 1 + L to 0.
+  ends_below_resonance,  ///< ends_too_large(), on its flank or before its anti-resonance.
+  ends_large             ///< ends_too_large()
 };
 struct LineStability {
   LinesTell tells = LinesTell::stable;
   double frequency_hz = 0.0;  ///< Where.
-  double value = 0.0;         ///< |L| at the end, with what the controller grows beyond it; the turn, deg.
-  double growth = 1.0;        ///< By which the controller grows beyond the last line.
+  double value = 0.0;         ///< |L| that may be from the last line on; the turn, deg.
+  double most = 0.0;          ///< What it may be at most there.
+  bool grows = false;         ///< The controller does above the last line, by more than 5 %.
 };
 
 /// What a judgement by lines asks of a controller outside them.
 struct ControllerByLines {
   int integrators = 0;
-  double growth = 1.0;  ///< The largest |C| from the last line on, over that at it.
+  double largest_beyond = 0.0;  ///< |C| from the last line on.
+  bool grows = false;           ///< By more than 5 % there.
 };
-/// Refused: one that is not stable but for integrators, and a pole pair that is half as wide as the lines are
-/// apart where it stands.
+/// Refused: one that is not stable but for integrators, or without a gain at standstill, and a pole pair that
+/// is half as wide as the lines are apart where it stands.
 [[nodiscard]] expected<ControllerByLines> controller_by_lines(const data::TransferFunction& controller,
                                                               const std::vector<double>& lines_hz);
 
@@ -68,6 +71,8 @@ struct ResponseLoop {
   std::vector<Peak> worst;        ///< Of every bounded transfer, over all disks of all lines.
   double largest_turn_deg = 0.0;  ///< Of 1 + L between neighbouring lines.
   LineStability stability;
+  MachineEnd end;
+  double largest_beyond = 0.0;  ///< |L| that may be from the last line on.
 };
 struct ResponseDesign : ResponseLoop {
   FilteredPi controller;

@@ -20,8 +20,8 @@ FrozenLoop frozen_loop(const fit::DriveModel& machine, const FilteredPi& gains) 
       closed_loop(fit::sampled_states(machine), states_of(gains, machine.sample_time_s)).spectral_radius();
   constexpr double kSettled = 50.0;  // down to 2 %
   FrozenLoop loop;
-  loop.settling_s = radius < 1.0 ? -std::log(kSettled) * machine.sample_time_s / std::log(radius)
-                                 : std::numeric_limits<double>::infinity();
+  loop.settling_s = radius < kStableRadius ? -std::log(kSettled) * machine.sample_time_s / std::log(radius)
+                                           : std::numeric_limits<double>::infinity();
   for (const double gain : {gains.kp, gains.ki}) loop.logarithms.push_back(gain > 0.0 ? std::log(gain) : 0.0);
   constexpr std::array kMadeOf = {fit::kDrivenInertia, fit::kMiddleInertia, fit::kLoadInertia,
                                   fit::kStiffness, fit::kStiffness2};

@@ -50,7 +50,7 @@ SetpointStep setpoint_step_of(const Machine& machine, const FilteredPi& controll
 
 std::optional<double> largest_weight(const Machine& machine, const FilteredPi& controller, double overshoot) {
   const double radius = weighted_loop(machine, controller, 1.0).spectral_radius();
-  if (!(radius < 1.0)) return std::nullopt;
+  if (!(radius < kStableRadius)) return std::nullopt;
   const auto too_much = [&](double weight) {
     return step_of(weighted_loop(machine, controller, weight), radius).overshoot > overshoot;
   };

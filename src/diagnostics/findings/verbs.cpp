@@ -58,12 +58,15 @@ constexpr FindingKind kTune[] = {
      "The machine may be another one than the model says, and the loop unstable on it.",
      "Cure the findings of that result, and design anew."},
     {"design-unstable", "Unstable with this controller", "tune", TrustEffect::withdraws,
-     "With the given controller the loop is unstable on the identified machine, or the lines of a bare "
-     "response do not tell that it is stable.",
-     "The controller is for another machine, sample time or unit, or its gains are too high; or the lines "
-     "end "
-     "where |L| is not small, or lie too far apart.",
-     "Do not run it; check its sample time and units. Of a bare response, excite what the text names."},
+     "With the given controller the loop is unstable on the identified machine.",
+     "The controller is for another machine, sample time or unit, or its gains are too high.",
+     "Do not run it; check its sample time and units."},
+    {"stability-not-told", "Stability not known", "tune", TrustEffect::withdraws,
+     "The lines of a bare response do not tell that the loop is stable with the given controller.",
+     "They end where |L| is not small or below a resonance, lie too far apart, or L may be -1 within an "
+     "error "
+     "bar.",
+     "Do not run it; excite what the text names, or identify with a drive model."},
     {"bounds-exceeded", "Bounds exceeded", "tune", TrustEffect::withdraws,
      "More of the machines that may be exceed a bound than the confidence allows.",
      "The gains leave no room for what is not known of the machine.",
@@ -89,7 +92,9 @@ constexpr FindingKind kTune[] = {
     {"promise-ends-with-band", "Bounds kept inside the band only", "tune", TrustEffect::keeps,
      "Above the measured band the machine may differ from its model; where it does, |S| may exceed its "
      "bound.",
-     "The loop is not small enough there to be sure of |S|, whatever stands above; it stays stable.",
+     "The loop is not small enough there to be sure of |S|, whatever stands above. It stays stable if "
+     "nothing "
+     "there is larger than the text says.",
      "Excite up to the frequency that the text names, and identify again."},
     {"result-warned", "The result holds warnings", "tune", TrustEffect::keeps,
      "What identification warned of is true of the design too.",

@@ -159,6 +159,19 @@ Checked check_step(const TuneOptions& options, double own) {
 
 }  // namespace
 
+std::string end_of_lines_words(double last_hz, double may_be, double most, bool below_resonance,
+                               bool controller_grows) {
+  const std::string why =
+      below_resonance    ? "the machine's response rises, or falls as before an anti-resonance: a resonance "
+                           "stands above, which may be many times higher"
+      : controller_grows ? "the controller becomes larger above it"
+                         : "a resonance above it may be twice as large as what an inertia does there";
+  return fmt::format(
+      "at the last line that is known, {:.3g} Hz, |L| must be at most {:g}, since {}; it may be {:.3g}. "
+      "Excite up to where |L| stays below that{}, or lower the gains",
+      last_hz, most, why, may_be, controller_grows ? ", let the controller roll off" : "");
+}
+
 Checked check(std::span<const Result> results, const TuneOptions& options) {
   if (results.empty()) return refuse("results", "must be at least one");
   if (auto checked = check_ranges(options); !checked) return checked;

@@ -57,6 +57,12 @@ inline constexpr double kCalmBelowCompliance = 6.0;
 /// band where dry friction is in it and nothing compares it with the model.
 [[nodiscard]] double known_to_hz(const Result& result);
 
+/// What is wrong at the last line of a loop that is judged by lines, and what would cure it: "at the last
+/// line
+/// ...". `may_be`: |L| from there on; `most`: what is small enough.
+[[nodiscard]] std::string end_of_lines_words(double last_hz, double may_be, double most, bool below_resonance,
+                                             bool controller_grows);
+
 /// Rms of the torque that measurement noise makes, the largest of all machines: each by the noise of its own
 /// result (that without one counts none).
 [[nodiscard]] double noise_torque_of(const design::LinearController& controller,

@@ -178,27 +178,14 @@ std::string untold_text(const design::LineStability& stability) {
           "gains, "
           "or excite more strongly there.",
           f);
-    case design::LinesTell::ends_rising:
-    case design::LinesTell::ends_large: {
-      constexpr double kGrows = 1.05;
-      const bool rises = stability.tells == design::LinesTell::ends_rising;
-      const double most = rises ? design::kLargestRising : design::kLargestAtEnd;
-      if (stability.growth > kGrows)
-        return fmt::format(
-            "The loop is not known to be stable: beyond the last line, {:.3g} Hz, the controller becomes "
-            "{:.3g} "
-            "times as large, so that |L| may be {:.3g} there, where at most {:g} is small enough for what "
-            "stands above. Let it roll off, or excite up to where it does.",
-            f, stability.growth, stability.value, most);
-      return fmt::format(
-          "The loop is not known to be stable: at the last line, {:.3g} Hz, |L|{} is up to {:.3g}, where at "
-          "most {:g} is small enough for what stands above. Excite up to where |L| stays below that, or "
-          "lower "
-          "the gains.",
-          f, rises ? " rises, as below a resonance, and" : "", stability.value, most);
-    }
+    case design::LinesTell::ends_below_resonance:
+    case design::LinesTell::ends_large:
+      return "The loop is not known to be stable: " +
+             end_of_lines_words(f, stability.value, stability.most,
+                                stability.tells == design::LinesTell::ends_below_resonance, stability.grows) +
+             ".";
     default:
-      return "By the turns of 1 + L along the lines the loop is not stable, or cannot be told to be.";
+      return "By the turns of 1 + L along the lines the loop is unstable.";
   }
 }
 
@@ -211,9 +198,12 @@ void judge(const design::LineStability& stability, Tuning& tuning) {
     if (figure.worst && figure.bound && *figure.worst > (1.0 + kRoom) * *figure.bound)
       beyond += fmt::format("{}{} up to {:.3g} (bound {:.3g})", beyond.empty() ? "" : ", ",
                             figure_words(figure.name), *figure.worst, *figure.bound);
-  const bool ends =
-      stability.tells == design::LinesTell::ends_rising || stability.tells == design::LinesTell::ends_large;
-  tuning.findings.push_back({c.stable ? "bounds-exceeded" : "design-unstable",
+  const bool ends = stability.tells == design::LinesTell::ends_below_resonance ||
+                    stability.tells == design::LinesTell::ends_large;
+  const bool is_unstable = stability.tells == design::LinesTell::unstable;
+  tuning.findings.push_back({c.stable      ? "bounds-exceeded"
+                             : is_unstable ? "design-unstable"
+                                           : "stability-not-told",
                              diagnostics::Severity::error,
                              ends ? std::optional(stability.value) : std::nullopt,
                              {},
@@ -221,34 +211,26 @@ void judge(const design::LineStability& stability, Tuning& tuning) {
                                       : untold_text(stability)});
 }
 
-/// What the bound on |S| is worth above the last line. Twice the |L| there is left room for; on the flank of
-/// a resonance it may become any number of times larger. `size`: |L| at the last line, with its error.
-void promise_ends(const data::FrequencyResponse& plant, double size, Tuning& tuning) {
+/// What the bounds are worth above the last line.
+void promise_ends(const data::FrequencyResponse& plant, const design::ResponseLoop& loop, Tuning& tuning) {
   const auto& c = tuning.proposed();
   const auto* figure = c.figure("sensitivity_peak");
-  if (!c.stable || figure == nullptr || !figure->bound) return;
-  // Noise of single lines is no rise.
-  const auto size_at = [&](std::size_t i) {
-    const double std = i + 1 == plant.lines() ? -plant.std[i] : plant.std[i];
-    return std::abs(c.feedback.response(plant.frequency_hz[i])) * (std::abs(plant.value[i]) + std);
-  };
-  const double last_hz = plant.frequency_hz.back();
-  if (design::reach_half_the_rate(last_hz, tuning.sample_time_s)) return;
-  const bool rises = design::loop_end(plant.frequency_hz, size_at, size).rises();
-  const double left = 1.0 - 2.0 * size;
-  if (!rises && left * *figure->bound >= 1.0) return;
-  std::string above = "|L| rises there, as below a resonance, at which |S| may exceed its bound";
-  if (!rises)
-    above = "A resonance above, which the recording could not show, may take |S| " +
-            (left > 0.0 ? fmt::format("to {:.3g}", 1.0 / left) : std::string("beyond any bound"));
+  if (!c.stable || figure == nullptr || !figure->bound || loop.end.is_whole) return;
+  const double size = loop.largest_beyond, left = 1.0 - 2.0 * size;
+  if (size <= design::MachineEnd::kBelowResonance && left * *figure->bound >= 1.0) return;
   tuning.findings.push_back(
       {"promise-ends-with-band",
        diagnostics::Severity::warning,
-       last_hz,
+       plant.frequency_hz.back(),
        {},
-       fmt::format("The bounds are promised up to {:.3g} Hz, the last line that was "
-                   "measured. {} (bound {:.3g}). Excite up to where |L| is small and falls.",
-                   last_hz, above, *figure->bound)});
+       fmt::format(
+           "The bounds are promised up to {:.3g} Hz, the last line that was measured. Above, what an "
+           "inertia does there is taken for granted, up to twice as large: |S| may be {} (bound {:.3g}), "
+           "and the loop is stable as long as no resonance lifts the machine's response {:.3g} times. "
+           "Excite up to where |L| is small and falls.",
+           plant.frequency_hz.back(),
+           left > 0.0 ? fmt::format("{:.3g}", std::max(1.0, 1.0 / left)) : std::string("of any size"),
+           *figure->bound, 1.0 / size)});
 }
 
 }  // namespace
@@ -331,7 +313,7 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
   if (controller.stable) put_margins(plant, disks->radii, controller);  // else they mean nothing
   tuning.candidates = {std::move(controller)};
   judge(found->stability, tuning);
-  promise_ends(plant, design::kLargestAtEnd * found->worst.back().value, tuning);
+  promise_ends(plant, *found, tuning);
   if (options.running) {
     auto running = law_of(options.running->sampled(step)).what;
     running.structure = "running";
@@ -352,16 +334,16 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
                    plant.frequency_hz.front(), plant.frequency_hz.back(),
                    load ? "" : "; without an anti-resonance nothing bounds the load")});
   if (const auto& limits = tuning.proposed().limits;
-      std::ranges::find(limits, "beyond_band_peak") != limits.end())
+      !given && std::ranges::find(limits, "beyond_band_peak") != limits.end())
     tuning.findings.push_back(
         {"band-limits-design",
          diagnostics::Severity::info,
          plant.frequency_hz.back(),
          {},
-         fmt::format(
-             "The response is known up to {:.3g} Hz, where the loop is kept below 1/2: that limits the "
-             "gains. Excite further up; plan lays it out within that .band_hz.",
-             plant.frequency_hz.back())});
+         fmt::format("The response is known up to {:.3g} Hz, where |L| is kept below {:g}{}: that limits the "
+                     "gains. Excite further up; plan lays it out within that .band_hz.",
+                     plant.frequency_hz.back(), found->end.largest_loop(),
+                     found->end.is_below_resonance() ? ", since a resonance stands above" : "")});
   if (!result.trusted)
     tuning.findings.push_back(
         {"tuned-untrusted",

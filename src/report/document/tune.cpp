@@ -75,8 +75,10 @@ std::string verdict_sentence(const Tuning& t) {
   const std::string who = t.is_evaluation() ? fmt::format("The given controller ({})", c.name) : c.name;
   const auto bounds = bounds_text(c);
   const double percent = 100.0 * t.options.confidence;
+  if (stability_is_unknown(t))
+    return fmt::format("{}: by {} its loop is NOT TOLD to be stable.", who, machine_words(t));
   if (!c.stable && t.by_response)
-    return fmt::format("{}: by {} its loop is NOT STABLE, or cannot be told to be.", who, machine_words(t));
+    return fmt::format("{}: by {} its loop is UNSTABLE.", who, machine_words(t));
   if (!c.stable)
     return fmt::format("{}: the loop of {} is UNSTABLE with it.", who,
                        is_for_several(t) ? "an identified machine" : "the identified machine");

@@ -113,7 +113,7 @@ Table candidate_table(const Tuning& t) {
                           are_alike(c, t.proposed()) ? figure_cell(t, c, "load_peak") : "",
                           figure_cell(t, c, "load_step_iae"), figure_cell(t, c, "noise_gain"),
                           percent_cell(c.draws > 0 ? std::optional(c.probability()) : std::nullopt),
-                          !c.stable                     ? "unstable"
+                          !c.stable ? (stability_is_unknown(t) && first ? "not told stable" : "unstable")
                           : !c.remark.empty()           ? c.remark
                           : first && !t.is_evaluation() ? "proposed"
                                                         : ""});

@@ -152,13 +152,17 @@ bool is_worst_alone(const LoopFigure& figure) {
   return figure.worst && *figure.worst == figure.value && !figure.low && !figure.probability;
 }
 
+bool stability_is_unknown(const Tuning& t) {
+  return std::ranges::find(t.findings, "stability-not-told", &diagnostics::Finding::id) != t.findings.end();
+}
+
 bool results_are_trusted(const Tuning& t) {
   const auto& c = t.proposed();
   if (t.trusted) return true;
   if (c.within && c.stable) return false;
   return std::none_of(t.findings.begin(), t.findings.end(), [](const auto& finding) {
     return finding.severity == diagnostics::Severity::error && finding.id != "bounds-exceeded" &&
-           finding.id != "design-unstable";
+           finding.id != "design-unstable" && finding.id != "stability-not-told";
   });
 }
 

@@ -71,6 +71,9 @@ using identification::GainUnits;
 [[nodiscard]] std::string unit_of_figure(const identification::TunedController& controller,
                                          std::string_view figure);
 
+/// Whether the lines of a response do not tell that the loop of the proposal is stable.
+[[nodiscard]] bool stability_is_unknown(const identification::Tuning& tuning);
+
 /// Whether nothing but the bounds speaks against a tuning.
 [[nodiscard]] bool results_are_trusted(const identification::Tuning& tuning);
 

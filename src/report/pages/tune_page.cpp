@@ -99,7 +99,7 @@ Badge tune_badge(const Tuning& t) {
   Badge b;
   b.reason = bounds.empty() ? c.name : bounds;
   if (!c.stable && t.by_response) {
-    b.word = "Not told stable";
+    b.word = stability_is_unknown(t) ? "Not told stable" : "Unstable";
     b.reason = "by " + machine_words(t);
   } else if (!c.stable) {
     b.word = "Unstable";

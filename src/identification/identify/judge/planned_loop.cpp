@@ -148,38 +148,21 @@ std::optional<double> begin_deg(const data::FrequencyResponse& loop, const data:
   return *begin * 180.0 / kPi;
 }
 
-/// What no line shows: a resonance above the last one may lift |L| to 1. Nothing lies above half of the rate.
-/// `growth`: by which the controller grows above.
-std::optional<std::string> may_rise_above(const data::FrequencyResponse& lines, double size, double growth,
-                                          double sample_time_s) {
-  constexpr double kGrows = 1.05;
-  const double at_end = growth * size;
-  const double last_hz = lines.frequency_hz.back();
-  const bool whole = design::reach_half_the_rate(last_hz, sample_time_s);
-  // Noise of single lines is no rise: the last within its deviation, the others within theirs.
-  const auto size_at = [&](std::size_t i) {
-    const double std = lines.std.empty() ? 0.0 : lines.std[i];
-    return std::abs(lines.value[i]) + (i + 1 == lines.lines() ? -std : std);
-  };
-  const auto end = design::loop_end(lines.frequency_hz, size_at, at_end);
-  if (whole ? at_end < 1.0 : !design::ends_too_large(end)) return std::nullopt;
-  if (growth > kGrows)
-    return fmt::format(
-        "above the last that is known, {:.3g} Hz, the controller becomes {:.3g} times as large, so that |L| "
-        "may "
-        "be {:.2g} there; let it roll off, or excite up to where it does",
-        last_hz, growth, at_end);
-  if (!whole && end.rises())
-    return fmt::format(
-        "|L| rises to {:.2g} (with its error {:.2g}) at the last that is known, {:.3g} Hz: a resonance is "
-        "near, "
-        "which may lift it to 1; excite higher frequencies too",
-        std::abs(lines.value.back()), at_end, last_hz);
-  return fmt::format(
-      "with its error |L| is still {:.2g} at the last that is known, {:.3g} Hz, where it must be below {:g} "
-      "for "
-      "nothing above to lift it to 1; excite higher frequencies too",
-      at_end, last_hz, whole ? 1.0 : design::kLargestAtEnd);
+/// What no line shows: a resonance above the last one may lift |L| to 1.
+std::optional<std::string> may_rise_above(const data::FrequencyResponse& lines,
+                                          const data::TransferFunction& controller,
+                                          const design::ControllerByLines& outside, double confidence) {
+  const double each = 1.0 - (1.0 - confidence) / static_cast<double>(lines.lines());
+  const auto gain = [&](std::size_t i) { return std::abs(controller.response(lines.frequency_hz[i])); };
+  const auto end = design::machine_end(
+      lines.frequency_hz, [&](std::size_t i) { return std::abs(lines.value[i]) / gain(i); },
+      [&](std::size_t i) {
+        return lines.std.empty() ? 0.0 : data::confidence_radius(lines.std[i], each) / gain(i);
+      },
+      controller.sample_time_s);
+  if (!design::ends_too_large(end, outside.largest_beyond)) return std::nullopt;
+  return end_of_lines_words(lines.frequency_hz.back(), end.size * outside.largest_beyond, end.largest_loop(),
+                            end.is_below_resonance(), outside.grows);
 }
 
 Finding not_judged(const std::string& why) {
@@ -277,7 +260,8 @@ std::optional<Finding> judge_by_lines(const LoopResult& loop, const data::Transf
                                       double confidence) {
   constexpr double kMostTurnDeg = 90.0, kClear = 0.5;
   const auto lines = lines_away_from(lines_away_from(loop.curve, 0.0, kCriteria.margin_line), -1.0, kClear);
-  if (lines.lines() < 2) return not_judged("none of them is known well enough");
+  if (lines.lines() < 2)
+    return not_judged("the loop is known well enough at none of them, or its controller is 0 there");
   const auto outside = design::controller_by_lines(controller, lines.frequency_hz);
   if (!outside) return not_judged("the planned controller " + outside.error().requirement.str());
   const double first_hz = lines.frequency_hz.front(), last_hz = lines.frequency_hz.back();
@@ -324,11 +308,7 @@ std::optional<Finding> judge_by_lines(const LoopResult& loop, const data::Transf
                     "frequencies too",
                     last_size, last_hz));
   if (turns > 0) return not_judged("1 + L turns the other way than that of a machine that lags");
-  const double each = 1.0 - (1.0 - confidence) / static_cast<double>(lines.lines());
-  const double error =
-      lines.std.size() == lines.lines() ? data::confidence_radius(lines.std.back(), each) : 0.0;
-  if (const auto why = may_rise_above(lines, last_size + error, outside->growth, controller.sample_time_s))
-    return not_judged(*why);
+  if (const auto why = may_rise_above(lines, controller, *outside, confidence)) return not_judged(*why);
   return std::nullopt;
 }
 
@@ -345,7 +325,7 @@ std::optional<Finding> judge_stability(const Measurement& m, const Options& plan
       planned.delay_s + 0.5 * static_cast<double>(m.plan.hold.samples - 1) * real.sample_time_s;
   const double radius = design::closed_loop(fit::sampled_states(real), design::states_of(*planned.controller))
                             .spectral_radius();
-  if (radius < 1.0) return std::nullopt;
+  if (radius < design::kStableRadius) return std::nullopt;
   return Finding{
       "planned-unstable", Severity::warning, radius, 1.0,
       "With the planned controller the loop is unstable on the identified machine. Do not run it."};
