@@ -5,26 +5,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "design/figures.hpp"
 #include "design/largest_gain.hpp"
 #include "identification/tune/checks.hpp"
 #include "identification/tune/designs.hpp"
+#include "identification/tune/named_bounds.hpp"
 
 namespace resonid::identification {
 namespace {
-
-struct Named {
-  const char* field;
-  const char* symbol;
-  std::optional<double> design::Bounds::*bound;
-  double loosest;  ///< That is sensible; of |C S| the best PI tells it.
-};
-constexpr Named kBounds[] = {
-    {"largest_sensitivity", "|S|", &design::Bounds::sensitivity, 2.5},
-    {"largest_load_transfer", "|T_load|", &design::Bounds::load_transfer, 3.0},
-    {"largest_complementary", "|T|", &design::Bounds::complementary, 3.0},
-    {"largest_controller_sensitivity", "|C S|", &design::Bounds::controller_sensitivity, 0.0}};
 
 /// Gains of a structure whose loop is looked at in place of the one that was asked for: a P, else a PI.
 std::optional<design::FilteredPi> quick_gains(ControllerStructure structure,
@@ -41,22 +31,6 @@ std::optional<design::FilteredPi> quick_gains(ControllerStructure structure,
 bool is_met(ControllerStructure structure, const std::vector<design::Machine>& machines,
             const design::Bounds& bounds) {
   return quick_gains(structure, machines, bounds).has_value();
-}
-
-/// The least value of one bound that can be met beside the others; nothing where none can.
-std::optional<double> least_met(ControllerStructure structure, const std::vector<design::Machine>& machines,
-                                design::Bounds bounds, std::optional<double> design::Bounds::*bound) {
-  const double asked = *(bounds.*bound);
-  double low = asked, high = 8.0 * asked;
-  bounds.*bound = high;
-  if (!is_met(structure, machines, bounds)) return std::nullopt;
-  constexpr int kHalvings = 12;
-  for (int i = 0; i < kHalvings; ++i) {
-    const double middle = std::sqrt(low * high);
-    bounds.*bound = middle;
-    (is_met(structure, machines, bounds) ? high : low) = middle;
-  }
-  return high;
 }
 
 /// From where on every machine was measured.
@@ -90,29 +64,94 @@ std::optional<double> noise_under(ControllerStructure structure, double controll
 /// What a design that suits every machine that may be has less of than that of the identified one.
 constexpr double kRobust = 1.1;
 
-/// The least value of a bound, beside the others, under which a PI crosses where the machines were measured;
-/// nothing where none up to the loosest that is sensible is enough.
-std::optional<double> least_crossing(ControllerStructure structure, const Named& named, design::Bounds bounds,
-                                     const std::vector<design::Machine>& machines,
-                                     std::span<const Result> results) {
-  double low = *(bounds.*named.bound), high = named.loosest;
-  if (named.bound == &design::Bounds::controller_sensitivity) {
-    bounds.controller_sensitivity.reset();
-    design::Machines all(machines);
-    high = best_controller_sensitivity(all, bounds, structure).value_or(0.0);
+/// A cascade has another bound on its load.
+bool has_bound(const TuneOptions& options, const NamedBound& named) {
+  const bool cascade = options.structure == ControllerStructure::cascade;
+  return design_bounds(options).*named.bound && !(cascade && named.bound == &design::Bounds::load_transfer);
+}
+
+/// Whether a design under other options succeeds, as far as there are trials.
+bool is_confirmed(const Trials& trials, const TuneOptions& options) {
+  return !trials.succeeds || trials.succeeds(options);
+}
+
+/// By what more than the identified machine needs a bound is tried: first as a design for every machine that
+/// may be usually needs.
+constexpr auto kTimes = {kRobust, 1.5, 3.0};
+
+/// Looks for looser bounds under which a PI crosses where the machines were measured.
+class Loosening {
+ public:
+  Loosening(const TuneOptions& options, const std::vector<design::Machine>& machines,
+            std::span<const Result> results, const Trials& trials)
+      : options_(options), machines_(machines), results_(results), trials_(trials) {}
+
+  /// The least value of a bound beside the others, as it is told; nothing where none up to the loosest that
+  /// is sensible is enough.
+  [[nodiscard]] std::optional<double> least(const NamedBound& named) const {
+    auto bounds = design_bounds(options_);
+    const double asked = *(bounds.*named.bound);
+    double loosest = named.loosest;
+    if (named.bound == &design::Bounds::controller_sensitivity) {
+      bounds.controller_sensitivity.reset();
+      design::Machines all(machines_);
+      loosest = best_controller_sensitivity(all, bounds, options_.structure).value_or(0.0);
+    }
+    const auto crosses_under = [&](double value) {
+      bounds.*named.bound = value;
+      return measured_law(options_.structure, bounds, machines_, results_).has_value();
+    };
+    if (!(loosest > asked) || !crosses_under(loosest)) return std::nullopt;
+    constexpr double kNear = 0.01;
+    const double enough =
+        crosses_under(asked) ? asked : least_enough(named, asked, loosest, kNear, crosses_under);
+    return told_enough(named, enough, kTimes, [&](double value) {
+      auto looser = options_;
+      named.ask(looser, value);
+      return is_confirmed(trials_, looser);
+    });
   }
-  const auto crosses_under = [&](double value) {
-    bounds.*named.bound = value;
-    return measured_law(structure, bounds, machines, results).has_value();
-  };
-  if (!(high > low) || !crosses_under(high)) return std::nullopt;
-  constexpr int kHalvings = 12;
-  for (int i = 0; i < kHalvings; ++i) {
-    const double middle = std::sqrt(low * high);
-    (crosses_under(middle) ? high : low) = middle;
+
+  /// "|S| <= 1.01, |T_load| <= 1.01": all of them, looser by the same times; empty where that never is
+  /// enough.
+  [[nodiscard]] std::string together() const {
+    constexpr double kStep = 1.5, kMost = 1e5;
+    constexpr int kTrials = 6;
+    int trials = 0;
+    std::string last;
+    for (double times = kStep; times < kMost; times *= kStep) {
+      auto looser = options_;
+      std::string text;
+      const auto bounds = design_bounds(options_);
+      for (const auto& named : kNamedBounds) {
+        if (!has_bound(options_, named)) continue;
+        const double asked = *(bounds.*named.bound);
+        double value = rounded_up(named, named.rest + times * (asked - named.rest));
+        if (named.loosest > 0.0) value = std::max(asked, std::min(value, named.loosest));
+        named.ask(looser, value);
+        if (value > asked) add_to_list(text, bound_text(named, value), ", ");
+      }
+      if (text == last) break;  // nothing is left to loosen
+      last = text;
+      if (!measured_law(options_.structure, design_bounds(looser), machines_, results_)) continue;
+      if (is_confirmed(trials_, looser)) return text;
+      if (++trials == kTrials) break;
+    }
+    return {};
   }
-  const double rest = named.bound == &design::Bounds::controller_sensitivity ? 0.0 : 1.0;
-  return rest + kRobust * (high - rest);
+
+ private:
+  const TuneOptions& options_;
+  const std::vector<design::Machine>& machines_;
+  std::span<const Result> results_;
+  const Trials& trials_;
+};
+
+/// As it is told: never more than what is reached.
+double rounded_down(double hz) {
+  if (!(hz > 0.0)) return 0.0;
+  const double scale = std::pow(10.0, 2.0 - std::floor(std::log10(hz)));
+  return std::floor(hz * scale) / scale;
 }
 
 }  // namespace
@@ -147,78 +186,96 @@ std::optional<Error> noise_out_of_reach(const TuneOptions& options,
 
 std::optional<Error> crossing_out_of_reach(const TuneOptions& options,
                                            const std::vector<design::Machine>& machines,
-                                           std::span<const Result> results) {
+                                           std::span<const Result> results, const Trials& trials) {
   const auto bounds = design_bounds(options), usual = design_bounds({});
-  const bool cascade = options.structure == ControllerStructure::cascade;
+  const Loosening loosening(options, machines, results, trials);
   auto loosened = bounds;
-  const Named* cause = nullptr;  // where none alone is it, the first that was asked for
+  const NamedBound* cause = nullptr;  // where none alone is it, the first that was asked for
   std::string could, beside;
-  for (const auto& named : kBounds) {
-    const auto& bound = bounds.*named.bound;
+  for (const auto& named : kNamedBounds) {
+    if (!has_bound(options, named)) continue;
+    const double bound = *(bounds.*named.bound);
     const auto& of_default = usual.*named.bound;
-    if (!bound || (of_default && *bound >= *of_default)) continue;
-    if (cascade && named.bound == &design::Bounds::load_transfer) continue;  // it has another one
+    if (of_default && bound >= *of_default) continue;
     loosened.*named.bound = of_default;
-    beside += fmt::format("{}{} <= {:.4g}", beside.empty() ? "" : ", ", named.symbol, *bound);
-    const auto least = least_crossing(options.structure, named, bounds, machines, results);
+    add_to_list(beside, bound_text(named, bound), ", ");
+    const auto least = loosening.least(named);
     if (cause == nullptr || (least && could.empty())) cause = &named;
-    if (least) could += fmt::format("{}{} <= {:.3g}", could.empty() ? "" : " or ", named.symbol, *least);
+    if (least) add_to_list(could, bound_text(named, *least), " or ");
   }
   if (cause == nullptr) return std::nullopt;
   if (could.empty() && !measured_law(options.structure, loosened, machines, results))
     return std::nullopt;  // the band is to blame
+  std::string advice = "ask for about " + could + " beside the others";
+  if (could.empty()) {
+    const auto together = loosening.together();
+    advice = together.empty() ? "no single looser bound helps: loosen them together"
+                              : "no single looser bound helps: ask for about " + together + " together";
+  }
   return Error{
       cause->field,
       fmt::format("leaves a loop ({}) that crosses below what was measured, from {:.3g} Hz on, where "
                   "nothing is known; {}, or excite lower frequencies too",
-                  beside, highest_low_end_hz(results),
-                  could.empty() ? std::string("no single looser bound helps: loosen them together")
-                                : "ask for about " + could + " beside the others"),
+                  beside, highest_low_end_hz(results), advice),
       *(bounds.*(cause->bound))};
 }
 
 Error out_of_reach(const TuneOptions& options, const std::vector<design::Machine>& machines,
-                   const std::string& what) {
+                   std::span<const Result> results, const Trials& trials, const std::string& what) {
   const auto bounds = design_bounds(options);
-  if (is_met(options.structure, machines, bounds))
-    return {
-        "confidence",
-        fmt::format("is not reached: the identified machine alone would allow the bounds, {} meets them for "
-                    "every machine that may be. Identify more closely, or ask for less",
-                    what),
-        options.confidence};
-  std::string together, could, field = "largest_sensitivity";
-  for (const auto& named : kBounds) {
-    if (!(bounds.*named.bound)) continue;
-    together +=
-        fmt::format("{}{} <= {:.4g}", together.empty() ? "" : ", ", named.symbol, *(bounds.*named.bound));
-    const auto least = least_met(options.structure, machines, bounds, named.bound);
-    if (!least) continue;
-    could += fmt::format("{}{} <= {:.3g}", could.empty() ? "" : " or ", named.symbol, *least);
-    field = named.field;
+  const bool by_identified = is_met(options.structure, machines, bounds);
+  const Loosening loosening(options, machines, results, trials);
+  const NamedBound* cause = nullptr;  // where none alone is it, the first
+  std::string beside, could;
+  for (const auto& named : kNamedBounds) {
+    if (!has_bound(options, named)) continue;
+    add_to_list(beside, bound_text(named, *(bounds.*named.bound)), ", ");
+    const auto least = loosening.least(named);
+    if (cause == nullptr || (least && could.empty())) cause = &named;
+    if (least) add_to_list(could, bound_text(named, *least), " or ");
   }
-  return {field, fmt::format("{} meets {} together with the confidence{}", what, together,
-                             could.empty() ? std::string("; no single looser bound helps")
-                                           : "; beside the others could be met " + could)};
+  std::string advice = "; ask for about " + could + " beside the others";
+  if (could.empty()) {
+    const auto together = loosening.together();
+    advice = together.empty() ? "; no single looser bound helps"
+                              : "; no single looser bound helps: ask for about " + together + " together";
+    if (together.empty() && by_identified)
+      return {"confidence",
+              fmt::format(
+                  "is not reached: the identified machine alone would allow the bounds, {} meets them for "
+                  "every machine that may be. Identify more closely, or ask for less",
+                  what),
+              options.confidence};
+  }
+  return {cause->field,
+          fmt::format(
+              "cannot be met: {} meets {} together with the confidence{}{}", what, beside, advice,
+              by_identified ? ", or identify more closely: the identified machine alone would allow it" : ""),
+          *(bounds.*(cause->bound))};
+}
+
+ControllerStructure simple_structure(ControllerStructure structure) {
+  const bool is_simple = structure == ControllerStructure::cascade || structure == ControllerStructure::p;
+  return is_simple ? structure : ControllerStructure::pi;
 }
 
 Error bandwidth_out_of_reach(const TuneOptions& options, const std::vector<design::Machine>& machines,
-                             double reached_hz) {
+                             double reached_hz, const Trials& trials) {
   struct Looser {
     double sensitivity, transfer;  // the latter of the load's velocity, of a cascade of its position
   };
-  constexpr Looser kVelocity[] = {{1.4, 1.5}, {1.6, 1.3}, {1.6, 1.5}, {2.0, 1.5}, {2.0, 2.0}, {2.5, 3.0}};
+  constexpr Looser kVelocity[] = {{1.4, 1.5}, {1.6, 1.3}, {1.6, 1.5}, {2.0, 1.5},
+                                  {2.0, 2.0}, {2.0, 3.0}, {2.5, 3.0}};
   constexpr Looser kPosition[] = {{1.4, 1.2}, {1.6, 1.05}, {1.6, 1.2}, {2.0, 1.2}, {2.0, 1.5}, {2.5, 2.0}};
-  const bool cascade = options.structure == ControllerStructure::cascade;
-  const bool proportional = options.structure == ControllerStructure::p;
-  const auto structure = cascade        ? ControllerStructure::cascade
-                         : proportional ? ControllerStructure::p
-                                        : ControllerStructure::pi;
-  const std::string what = cascade ? "cascade" : proportional ? "P" : "PI";
+  const auto structure = simple_structure(options.structure);
+  const bool cascade = structure == ControllerStructure::cascade;
+  const std::string what = cascade ? "cascade" : structure == ControllerStructure::p ? "P" : "PI";
+  const std::string field = cascade ? "largest_position_transfer" : "largest_load_transfer";
   const double asked = cascade ? options.largest_position_transfer : options.largest_load_transfer;
-  const auto least_under = [&](const design::Bounds& bounds) {
+  const auto least_under = [&](const TuneOptions& under) {
     design::Machines all(machines);
-    const auto law = design_for(structure, bounds, options.biquads, options.seed)(all);
+    const auto law =
+        design_for(structure, bounds_for(structure, under, 0.0), options.biquads, options.seed)(all);
     if (!law) return 0.0;
     double least = std::numeric_limits<double>::infinity();
     for (const auto& machine : machines)
@@ -226,23 +283,34 @@ Error bandwidth_out_of_reach(const TuneOptions& options, const std::vector<desig
     return least;
   };
   // What the machines that may be leave of that of the identified ones.
-  const double identified_hz = least_under(bounds_for(structure, options, 0.0));
+  const double identified_hz = least_under(options);
   const double share = identified_hz > 0.0 ? std::min(1.0, reached_hz / identified_hz) : 1.0;
-  std::string could = "; no looser bounds reach it with a " + what;
-  for (const auto& looser : cascade ? std::span(kPosition) : std::span(kVelocity)) {
-    if (looser.sensitivity < options.largest_sensitivity || looser.transfer < asked) continue;
-    auto bounds = bounds_for(structure, options, 0.0);
-    bounds.sensitivity = looser.sensitivity;
-    bounds.load_transfer = looser.transfer;
-    const double least = share * least_under(bounds);
+  const auto tried = cascade ? std::span<const Looser>(kPosition) : std::span<const Looser>(kVelocity);
+  std::string could;
+  for (const auto& looser : tried) {
+    auto under = options;
+    under.largest_sensitivity = std::max(options.largest_sensitivity, looser.sensitivity);
+    (cascade ? under.largest_position_transfer : under.largest_load_transfer) =
+        std::max(asked, looser.transfer);
+    if (under.largest_sensitivity == options.largest_sensitivity && looser.transfer <= asked) continue;
+    // What the identified machines do not reach is not reached on all that may be.
+    const double of_identified = least_under(under);
+    if (of_identified < *options.least_bandwidth_hz) continue;
+    const double least = trials.bandwidth_hz ? trials.bandwidth_hz(under) : share * of_identified;
     if (least < *options.least_bandwidth_hz) continue;
     could = fmt::format("; with .largest_sensitivity {:g} and .{} {:g} a {} reaches about {:.3g} Hz",
-                        looser.sensitivity, cascade ? "largest_position_transfer" : "largest_load_transfer",
-                        looser.transfer, what, least);
+                        under.largest_sensitivity, field, std::max(asked, looser.transfer), what, least);
     break;
   }
+  if (could.empty())
+    could = fmt::format(
+        "; nor with a {} under the looser ones that were tried, up to .largest_sensitivity "
+        "{:g} and .{} {:g}",
+        what, std::max(options.largest_sensitivity, tried.back().sensitivity), field,
+        std::max(asked, tried.back().transfer));
   return {"least_bandwidth_hz",
-          fmt::format("is not reached under the other bounds: at most {:.3g} Hz{}", reached_hz, could),
+          fmt::format("is not reached under the other bounds: at most {:g} Hz{}", rounded_down(reached_hz),
+                      could),
           *options.least_bandwidth_hz};
 }
 

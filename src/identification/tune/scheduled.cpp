@@ -138,14 +138,14 @@ class Scheduler {
       const double position = t_.options.positions[i];
       const Law law = law_of(found.schedule.at(position), t_.sample_time_s);
       if (auto crossing = check_crossover(law.what, here, results_.subspan(i, 1)); !crossing) {
-        if (auto bound = crossing_out_of_reach(t_.options, here, results_.subspan(i, 1)))
+        if (auto bound = crossing_out_of_reach(t_.options, here, results_.subspan(i, 1), {}))
           return tl::unexpected(*bound);
         return crossing;
       }
       if (!t_.options.least_bandwidth_hz) continue;
       const double reached = least_bandwidth_hz(posteriors_[i], radius_at(found, position), law);
       if (reached < *t_.options.least_bandwidth_hz)
-        return tl::unexpected(bandwidth_out_of_reach(t_.options, here, reached));
+        return tl::unexpected(bandwidth_out_of_reach(t_.options, here, reached, {}));
     }
     return {};
   }

@@ -225,7 +225,7 @@ class Tuner {
     design::Machines machines(nominal_);
     auto bounds = design_bounds(options_);
     auto sensitivity = best_controller_sensitivity(machines, bounds, options_.structure);
-    if (!sensitivity) return tl::unexpected(out_of_reach(options_, nominal_, "no gain"));
+    if (!sensitivity) return tl::unexpected(out_of_reach(options_, nominal_, results_, trials(), "no gain"));
     // By the best PI; a P is limited below, by its own noise.
     if (options_.structure == Structure::p) {
       if (auto noise = noise_out_of_reach(options_, nominal_, results_)) return tl::unexpected(*noise);
@@ -352,12 +352,46 @@ class Tuner {
     tuning_.nominal->remark = "without regard to what is not known of the machine";
   }
 
+  /// What of a figure counts where it is to be at least so much.
+  [[nodiscard]] static double reached_of(const LoopFigure* figure) {
+    return figure == nullptr ? 0.0 : figure->worst.value_or(figure->low.value_or(figure->value));
+  }
+
+  /// The design of simple_structure(), where it is stable and crosses where the machines were measured.
+  [[nodiscard]] std::optional<RobustLaw> simple_law(design::Bounds& bounds) const {
+    auto found = quiet_for(simple_structure(options_.structure), bounds);
+    if (found && !(is_stable(found->law) && check_crossover(found->law.what, nominal_, results_)))
+      return std::nullopt;
+    return found;
+  }
+  [[nodiscard]] design::Bounds simple_bounds() const {
+    return bounds_for(simple_structure(options_.structure), options_, 0.0);
+  }
+
+  /// None of one design for all positions, of which no refusal is told.
+  [[nodiscard]] Trials trials() const {
+    if (!options_.positions.empty()) return {};
+    return {[this](const TuneOptions& under) {
+              const Tuner other(results_, under);
+              auto bounds = other.simple_bounds();
+              return other.simple_law(bounds).has_value();
+            },
+            [this](const TuneOptions& under) {
+              const Tuner other(results_, under);
+              auto bounds = other.simple_bounds();
+              const auto found = other.simple_law(bounds);
+              if (!found) return 0.0;
+              return reached_of(other.described(*found, bounds, false).figure("load_bandwidth_hz"));
+            }};
+  }
+
   /// Else what keeps it from crossing where the machines were measured.
   [[nodiscard]] expected<void, Error> crosses_inside(const TunedController& controller) const {
     auto crossing = check_crossover(controller, nominal_, results_);
     if (crossing) return {};
     if (auto noise = noise_out_of_reach(options_, nominal_, results_)) return tl::unexpected(*noise);
-    if (auto bound = crossing_out_of_reach(options_, nominal_, results_)) return tl::unexpected(*bound);
+    if (auto bound = crossing_out_of_reach(options_, nominal_, results_, trials()))
+      return tl::unexpected(*bound);
     return crossing;
   }
 
@@ -366,7 +400,7 @@ class Tuner {
     std::erase_if(all, [](const TunedController& c) { return !c.stable; });
     if (all.empty()) {
       if (auto noise = noise_out_of_reach(options_, nominal_, results_)) return tl::unexpected(*noise);
-      return tl::unexpected(out_of_reach(options_, nominal_, "no controller"));
+      return tl::unexpected(out_of_reach(options_, nominal_, results_, trials(), "no controller"));
     }
     const auto iae = [this](const TunedController& c) {
       if (nominal_.size() > 1 && c.gains && c.gains->ki > 0.0 && !c.derivative_gain && !c.position_gain) {
@@ -397,10 +431,9 @@ class Tuner {
     if (auto crossing = crosses_inside(all.front()); !crossing) return crossing;
     if (options_.least_bandwidth_hz) {
       const auto* bandwidth = all.front().figure("load_bandwidth_hz");
-      const double reached =
-          bandwidth == nullptr ? 0.0 : bandwidth->worst.value_or(bandwidth->low.value_or(bandwidth->value));
+      const double reached = reached_of(bandwidth);
       if (reached < *options_.least_bandwidth_hz)
-        return tl::unexpected(bandwidth_out_of_reach(options_, nominal_, reached));
+        return tl::unexpected(bandwidth_out_of_reach(options_, nominal_, reached, trials()));
     }
     return {};
   }

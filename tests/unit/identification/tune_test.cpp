@@ -757,6 +757,86 @@ TEST(Tune, SaysWhichBoundCouldBeMetInstead) {
   EXPECT_TRUE(tune(identified(), o)) << text;
 }
 
+/// The number behind a text; NaN where it is not there.
+double number_behind(const std::string& text, const std::string& words) {
+  const auto at = text.find(words);
+  return at == std::string::npos ? std::nan("") : std::stod(text.substr(at + words.size()));
+}
+
+TEST(Tune, AdvisesBoundsThatReachTheBandwidthOnMachinesThatMayBe) {
+  for (const double asked : {13.0, 14.0, 15.0, 16.0, 1000.0}) {
+    auto o = few_draws();
+    o.least_bandwidth_hz = asked;
+    const auto refused = tune(identified(), o);
+    ASSERT_FALSE(refused) << asked;
+    const auto text = message_of(refused.error());
+    EXPECT_LT(number_behind(text, "at most "), asked) << text;
+    o.largest_sensitivity = number_behind(text, "with .largest_sensitivity ");
+    if (std::isnan(o.largest_sensitivity)) {
+      EXPECT_NE(text.find("under the looser ones that were tried, up to .largest_sensitivity 2.5"),
+                std::string::npos)
+          << text;
+      continue;
+    }
+    o.largest_load_transfer = number_behind(text, "and .largest_load_transfer ");
+    const auto reached = tune(identified(), o);
+    EXPECT_TRUE(reached) << text << "; " << (reached ? std::string() : message_of(reached.error()));
+  }
+}
+
+/// Bounds that are near to what they are at standstill: what is told is not rounded to what was asked for.
+TEST(Tune, AdvisesBoundsThatAreMetWhenTheyAreAskedFor) {
+  struct Case {
+    double sensitivity, load_transfer;
+    std::optional<double> complementary;
+  };
+  for (const Case& asked : {Case{1.001, 1.3, {}}, Case{1.0001, 1.0001, {}}, Case{1.003, 1.0001, 1.0001}}) {
+    auto o = few_draws();
+    o.largest_sensitivity = asked.sensitivity;
+    o.largest_load_transfer = asked.load_transfer;
+    o.largest_complementary = asked.complementary;
+    o.draws = 400;  // such loops are slow
+    const auto refused = tune(identified(), o);
+    ASSERT_FALSE(refused) << asked.sensitivity << ' ' << asked.load_transfer;
+    const auto text = message_of(refused.error());
+    EXPECT_TRUE(refused.error().field.view().starts_with("largest_")) << text;
+    const auto advice = text.find("ask for about ");
+    ASSERT_NE(advice, std::string::npos) << text;
+    const auto advised = text.substr(advice);
+    const bool together = advised.find(" together") != std::string::npos;
+    // Each alone, else all of them.
+    struct Named {
+      const char* words;
+      double asked;
+      std::function<void(TuneOptions&, double)> ask;
+    };
+    const std::vector<Named> all = {
+        {"|S| <= ", asked.sensitivity, [](TuneOptions& to, double x) { to.largest_sensitivity = x; }},
+        {"|T_load| <= ", asked.load_transfer,
+         [](TuneOptions& to, double x) { to.largest_load_transfer = x; }},
+        {"|T| <= ", asked.complementary.value_or(0.0),
+         [](TuneOptions& to, double x) { to.largest_complementary = x; }}};
+    int told = 0;
+    auto of_all = o;
+    for (const auto& named : all) {
+      const double value = number_behind(advised, named.words);
+      if (std::isnan(value)) continue;
+      EXPECT_GT(value, named.asked) << text;
+      ++told;
+      named.ask(of_all, value);
+      if (together) continue;
+      auto one = o;
+      named.ask(one, value);
+      const auto met = tune(identified(), one);
+      EXPECT_TRUE(met) << text << "; " << (met ? std::string() : message_of(met.error()));
+    }
+    EXPECT_GT(told, 0) << text;
+    if (!together) continue;
+    const auto met = tune(identified(), of_all);
+    EXPECT_TRUE(met) << text << "; " << (met ? std::string() : message_of(met.error()));
+  }
+}
+
 /// Without friction every loop crosses somewhere, however small it is where the lines begin.
 TEST(Tune, RefusesAPThatCrossesFarBelowTheBand) {
   auto o = few_draws(ControllerStructure::p);
@@ -800,6 +880,9 @@ TEST(Tune, NamesTheBoundThatLeavesNoLoopWhereItWasMeasured) {
   auto text = message_of(tuning.error());
   EXPECT_NE(text.find("below what was measured, from 1 Hz on"), std::string::npos) << text;
   EXPECT_NE(text.find("ask for about |C S| <= "), std::string::npos) << text;
+  auto softer = o;
+  softer.largest_controller_sensitivity = number_behind(text, "ask for about |C S| <= ");
+  EXPECT_TRUE(tune(identified(), softer)) << text;
   // Of several machines from where on all of them were measured: 1.05^15 Hz is the first line of the other.
   auto high = identified();
   auto& r = high.response;
@@ -821,6 +904,10 @@ TEST(Tune, NamesTheBoundThatLeavesNoLoopWhereItWasMeasured) {
   EXPECT_EQ(tuning.error().field, "largest_sensitivity");
   text = message_of(tuning.error());
   EXPECT_NE(text.find("ask for about |S| <= "), std::string::npos) << text;
+  o.largest_sensitivity = number_behind(text, "ask for about |S| <= ");
+  EXPECT_GT(o.largest_sensitivity, 1.003) << text;
+  tuning = tune(identified(), o);
+  EXPECT_TRUE(tuning) << text << "; " << (tuning ? std::string() : message_of(tuning.error()));
   // No bound of the user keeps the gains down: the recording is the cause.
   auto result = identified();
   auto& lines = result.response.frequency_hz;
