@@ -17,6 +17,7 @@
 #include "identification/tune/figure_values.hpp"
 #include "identification/tune/law.hpp"
 #include "identification/tune/loop_figures.hpp"
+#include "identification/tune/named_bounds.hpp"
 
 namespace resonid::identification {
 namespace {
@@ -233,6 +234,52 @@ void promise_ends(const data::FrequencyResponse& plant, const design::ResponseLo
            *figure->bound, 1.0 / size)});
 }
 
+/// A bound, tighter than the usual one, that leaves no gain which the lines tell: which one, and what of it
+/// does. Nothing where looser ones leave none either. `why`: what the lines of `file` miss.
+std::optional<Error> no_gain_by_response(const TuneOptions& options, const design::ResponseDisks& disks,
+                                         const std::optional<design::AntiResonance>& load,
+                                         const std::string& file, const Error& why) {
+  const auto bounds = plain_bounds(options), usual = plain_bounds({});
+  const auto succeeds = [&](const design::Bounds& under) {
+    return design::largest_integral_gain(disks, {}, under, load).has_value();
+  };
+  const NamedBound* cause = nullptr;  // where none alone is it, the first that was asked for
+  auto loosened = bounds;
+  std::string beside, could, together;
+  for (const auto& named : kNamedBounds) {
+    const auto& bound = bounds.*named.bound;
+    const auto& of_default = usual.*named.bound;
+    if (!bound || (of_default && *bound >= *of_default)) continue;
+    add_to_list(beside, bound_text(named, *bound), ", ");
+    loosened.*named.bound = of_default;
+    add_to_list(together, of_default ? bound_text(named, *of_default) : fmt::format("no {}", named.symbol),
+                ", ");
+    auto under = bounds;
+    const auto is_enough = [&](double value) {
+      under.*named.bound = value;
+      return succeeds(under);
+    };
+    constexpr double kNear = 0.05, kFar = 1e3;
+    const double loosest = named.loosest > 0.0 ? named.loosest : kFar * *bound;
+    std::optional<double> least;
+    if (loosest > *bound && is_enough(loosest))
+      least = told_enough(named, least_enough(named, *bound, loosest, kNear, is_enough), {1.0, 1.1, 1.5, 2.0},
+                          is_enough);
+    if (cause == nullptr || (least && could.empty())) cause = &named;
+    if (least) add_to_list(could, bound_text(named, *least), " or ");
+  }
+  if (cause == nullptr || (could.empty() && !succeeds(loosened))) return std::nullopt;
+  const std::string found = std::isnan(why.value) ? "" : fmt::format(", found {:.3g}", why.value);
+  return Error{
+      cause->field,
+      fmt::format("leaves no loop ({}) that the response of {} tells, which {}{}; {}, or excite lower "
+                  "frequencies too",
+                  beside, file, why.requirement.view(), found,
+                  could.empty() ? "no single looser bound helps: ask for about " + together + " together"
+                                : "ask for about " + could + " beside the others"),
+      *(bounds.*(cause->bound))};
+}
+
 }  // namespace
 
 bool is_response_only(const Result& result, const TuneOptions& options) {
@@ -276,7 +323,11 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
     found = design::judged_by_response(*disks, given->what.feedback, bounds, load);
   } else {
     const auto design = design::largest_integral_gain(*disks, {}, bounds, load);
-    if (!design) return refused(design.error());
+    if (!design) {
+      if (auto bound = no_gain_by_response(options, *disks, load, result.record.file, design.error()))
+        return tl::unexpected(*std::move(bound));
+      return refused(design.error());
+    }
     controller = law_of(design->controller, step).what;
     found = *design;
   }

@@ -837,6 +837,41 @@ TEST(Tune, AdvisesBoundsThatAreMetWhenTheyAreAskedFor) {
   }
 }
 
+/// By its lines alone: the loop is to be large where they begin.
+TEST(Tune, NamesTheBoundThatLeavesNoLoopByAResponse) {
+  auto result = identified();
+  result.model.reset();
+  auto o = few_draws();
+  o.largest_sensitivity = 1.02;
+  o.largest_load_transfer = 1.02;
+  const auto refused = tune(result, o);
+  ASSERT_FALSE(refused);
+  const auto text = message_of(refused.error());
+  EXPECT_TRUE(refused.error().field.view().starts_with("largest_")) << text;
+  EXPECT_NE(text.find("|S| <= 1.02, |T_load| <= 1.02"), std::string::npos) << text;
+  const auto advice = text.find("ask for about ");
+  ASSERT_NE(advice, std::string::npos) << text;
+  const auto advised = text.substr(advice);
+  const bool together = advised.find(" together") != std::string::npos;
+  const double s = number_behind(advised, "|S| <= "), load = number_behind(advised, "|T_load| <= ");
+  ASSERT_FALSE(std::isnan(s) && std::isnan(load)) << text;
+  if (!std::isnan(s)) {
+    auto looser = o;
+    looser.largest_sensitivity = s;
+    if (together) looser.largest_load_transfer = load;
+    const auto met = tune(result, looser);
+    EXPECT_GT(s, o.largest_sensitivity);
+    EXPECT_TRUE(met) << text << "; " << (met ? std::string() : message_of(met.error()));
+  }
+  if (!std::isnan(load) && !together) {
+    auto looser = o;
+    looser.largest_load_transfer = load;
+    const auto met = tune(result, looser);
+    EXPECT_GT(load, o.largest_load_transfer);
+    EXPECT_TRUE(met) << text << "; " << (met ? std::string() : message_of(met.error()));
+  }
+}
+
 /// Without friction every loop crosses somewhere, however small it is where the lines begin.
 TEST(Tune, RefusesAPThatCrossesFarBelowTheBand) {
   auto o = few_draws(ControllerStructure::p);
