@@ -219,7 +219,9 @@ void write(const TuneVerb& o, const std::vector<TuneExport>& exports, const std:
     auto text = e.format == identification::ExportFormat::json
                     ? json_export(tuning)
                     : identification::exported(tuning, e.format, o.names);
-    if (!text) throw UsageError(fmt::format("--export {}: {}", name_of(e.format), message_of(text.error())));
+    if (!text)
+      throw UsageError(fmt::format("--export {}: {}{}", name_of(e.format), message_of(text.error()),
+                                   exports.size() > 1 ? "; none of the other exports was written" : ""));
     texts.push_back(std::move(*text));
   }
   const auto provenance = provenance_of_files(inputs);

@@ -33,7 +33,9 @@ expected<std::string> klipper_text(const Tuning& tuning, const ExportNames& name
     return refuse("shaper",
                   tuning.shapers.empty() ? kNoShaper : "must stay below the limit: none of them does");
   if (!(chosen->duration_s > 0.0))
-    return refuse("shaper", "is not needed: the loop by itself leaves less vibration than the limit");
+    return refuse("shaper",
+                  "is not needed: the loop by itself leaves less vibration than the limit, so that there is "
+                  "nothing to export for Klipper; leave this export out");
   if (tuning.second_shaped_mode)
     return refuse("shaper",
                   "must be of one mode for Klipper, found " + chosen->kind + "; json has its impulses");

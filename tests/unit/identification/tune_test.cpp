@@ -1479,7 +1479,12 @@ TEST(Tune, NeedsNoShaperWhereTheLoopLeavesLittle) {
   EXPECT_TRUE(calm->shapers.front().chosen);
   EXPECT_EQ(calm->shapers.front().duration_s, 0.0);
   EXPECT_LE(calm->shapers.front().vibration, o.shaper_limit);
-  EXPECT_FALSE(exported(*calm, ExportFormat::klipper));
+  const auto nothing = exported(*calm, ExportFormat::klipper);
+  ASSERT_FALSE(nothing);
+  EXPECT_EQ(nothing.error().field, "shaper");
+  EXPECT_NE(message_of(nothing.error()).find("nothing to export for Klipper; leave this export out"),
+            std::string::npos)
+      << message_of(nothing.error());
   // A tenth of that is more than it leaves.
   o.shaper_limit = 0.1 * calm->shapers.front().vibration;
   const auto strict = tune(identified(), o);
