@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <initializer_list>
 #include <optional>
 #include <resonid/identification/tune.hpp>
 #include <string>

@@ -77,7 +77,7 @@ bool is_confirmed(const Trials& trials, const TuneOptions& options) {
 
 /// By what more than the identified machine needs a bound is tried: first as a design for every machine that
 /// may be usually needs.
-constexpr auto kTimes = {kRobust, 1.5, 3.0};
+constexpr auto kTrialTimes = {kRobust, 1.5, 3.0};
 
 /// Looks for looser bounds under which a PI crosses where the machines were measured.
 class Loosening {
@@ -102,10 +102,10 @@ class Loosening {
       return measured_law(options_.structure, bounds, machines_, results_).has_value();
     };
     if (!(loosest > asked) || !crosses_under(loosest)) return std::nullopt;
-    constexpr double kNear = 0.01;
+    constexpr double kWithin = 0.01;
     const double enough =
-        crosses_under(asked) ? asked : least_enough(named, asked, loosest, kNear, crosses_under);
-    return told_enough(named, enough, kTimes, [&](double value) {
+        crosses_under(asked) ? asked : least_enough(named, asked, loosest, kWithin, crosses_under);
+    return told_enough(named, enough, kTrialTimes, [&](double value) {
       auto looser = options_;
       named.ask(looser, value);
       return is_confirmed(trials_, looser);

@@ -259,12 +259,12 @@ std::optional<Error> no_gain_by_response(const TuneOptions& options, const desig
       under.*named.bound = value;
       return succeeds(under);
     };
-    constexpr double kNear = 0.05, kFar = 1e3;
+    constexpr double kWithin = 0.05, kFar = 1e3;
     const double loosest = named.loosest > 0.0 ? named.loosest : kFar * *bound;
     std::optional<double> least;
     if (loosest > *bound && is_enough(loosest))
-      least = told_enough(named, least_enough(named, *bound, loosest, kNear, is_enough), {1.0, 1.1, 1.5, 2.0},
-                          is_enough);
+      least = told_enough(named, least_enough(named, *bound, loosest, kWithin, is_enough),
+                          {1.0, 1.1, 1.5, 2.0}, is_enough);
     if (cause == nullptr || (least && could.empty())) cause = &named;
     if (least) add_to_list(could, bound_text(named, *least), " or ");
   }
