@@ -19,7 +19,7 @@ ClosedLoop::ClosedLoop(std::unique_ptr<Drive> drive, Surroundings surroundings)
       second_(around_.delay, VelocitySource::sensor, 0.0, around_.sample_time_s),
       open_(!around_.controller.closed()),
       moves_(around_.motion.moves() || around_.controller.uses_position()),
-      constant_(setpoint()) {
+      constant_(setpoint(around_.controller.reference_delay_s())) {
   double place = around_.motion.at(0.0).position;
   const bool grounded = !open_ && drive_->grounded();
   if (grounded) place = steady_place(place);
@@ -37,7 +37,9 @@ ClosedLoop::ClosedLoop(std::unique_ptr<Drive> drive, Surroundings surroundings)
   filter_.settle(velocity);
   second_.settle(
       {around_.second_output == data::SecondOutput::load_encoder ? velocity : 0.0, drive_->second_output()});
-  around_.controller.settle(constant_, {now.angle - velocity * late_s, velocity}, holding_torque_);
+  const double fed_forward = around_.controller.torque_feedforward({0.0, constant_.velocity, 0.0});
+  around_.controller.settle(constant_, {now.angle - velocity * late_s, velocity},
+                            holding_torque_ - fed_forward);
 }
 
 double ClosedLoop::steady_velocity(double reference, double place) {
@@ -74,8 +76,8 @@ double ClosedLoop::steady_place(double place) {
   return slope == 0.0 ? place : place - here / slope;  // 0: an integrator holds it anywhere
 }
 
-Setpoint ClosedLoop::setpoint() const noexcept {
-  Setpoint at = around_.motion.at(static_cast<double>(sample_) * around_.sample_time_s);
+Setpoint ClosedLoop::setpoint(double late_s) const noexcept {
+  Setpoint at = around_.motion.at(static_cast<double>(sample_) * around_.sample_time_s - late_s);
   at.position *= around_.setpoint_scale;
   at.velocity *= around_.setpoint_scale;
   at.acceleration *= around_.setpoint_scale;
@@ -92,12 +94,14 @@ double ClosedLoop::rounded(double torque) const noexcept {
 ClosedLoop::Sample ClosedLoop::step(double excitation, double noise) noexcept {
   const MassMotion measured = sensor_.read();
   const double velocity = filter_.step(measured.velocity + noise);
-  const Setpoint reference = moves_ ? setpoint() : constant_;
   Controller& controller = around_.controller;
+  const double late_s = controller.reference_delay_s();
+  const Setpoint reference = moves_ ? setpoint(late_s) : constant_;
   const double command = open_ ? holding_torque_ : controller.command(reference, {measured.angle, velocity});
-  const double wanted = command + excitation;
+  const double added = excitation + controller.torque_feedforward(late_s > 0.0 ? setpoint(0.0) : reference);
+  const double wanted = command + added;
   double torque = controller.limit(wanted);
-  if (!open_) controller.commit(torque == wanted ? command : torque - excitation);
+  if (!open_) controller.commit(torque == wanted ? command : torque - added);
   if (around_.torque_resolution > 0.0) torque = rounded(torque);
   const double place = drive_->place();
   sensor_.push(drive_->advance(torque));

@@ -101,6 +101,14 @@ expected<void, Error> check_pid(const ControllerConfig& c) {
   if (!is_positive(c.position_gain)) return refuse("position_gain", "must be > 0", c.position_gain);
   if (!(c.velocity_feedforward >= 0.0 && c.velocity_feedforward <= 1.0))
     return refuse("velocity_feedforward", "must be 0 ... 1", c.velocity_feedforward);
+  if (!is_not_negative(c.acceleration_feedforward))
+    return refuse("acceleration_feedforward", "must be >= 0", c.acceleration_feedforward);
+  if (!is_not_negative(c.viscous_feedforward))
+    return refuse("viscous_feedforward", "must be >= 0", c.viscous_feedforward);
+  if (!is_not_negative(c.coulomb_feedforward))
+    return refuse("coulomb_feedforward", "must be >= 0", c.coulomb_feedforward);
+  if (!is_not_negative(c.reference_delay_s))
+    return refuse("reference_delay_s", "must be >= 0", c.reference_delay_s);
   return {};
 }
 
@@ -180,6 +188,14 @@ double Controller::command(const Setpoint& setpoint, const Measured& measured) n
                ? reference_.output(reference_velocity_) - feedback_.output(measured_velocity_)
                : reference_velocity_ - measured_velocity_;
   return law_.output(input_);
+}
+
+double Controller::torque_feedforward(const Setpoint& setpoint) const noexcept {
+  if (!uses_position()) return 0.0;
+  const double v = setpoint.velocity;
+  const double direction = v > 0.0 ? 1.0 : v < 0.0 ? -1.0 : 0.0;
+  return config_.acceleration_feedforward * setpoint.acceleration + config_.viscous_feedforward * v +
+         config_.coulomb_feedforward * direction;
 }
 
 double Controller::limit(double torque) const noexcept {

@@ -26,7 +26,8 @@ void describe(Visitor&& v, ActuatorConfig& c) {
 /// A drive under its controller with delayed feedback, or alone.
 ///
 ///   y(k) = velocity((k - m - e) Ts) + n(k)          first, from torques up to u(k-1); filtered, held
-///   u(k) = round(limit(C(r, y, position) + ru(k)))  then; it acts from k Ts to (k+1) Ts
+///   u(k) = round(limit(C(r, y, position) + f + ru(k)))  then; it acts from k Ts to (k+1) Ts, with the torque
+///                                                   f that a cascade feeds forward
 ///
 /// It starts in the steady state of the motion's first sample: the machine turns or rests, the delay line is
 /// full, the controller's integrator holds the torque that friction and load take. Without an integrator the
@@ -38,7 +39,7 @@ class ClosedLoop {
   struct Sample {
     double input;      ///< u
     double output;     ///< y
-    double reference;  ///< r: velocity reference of the motion
+    double reference;  ///< r: velocity reference of the motion, as late as the controller compares with it
     double place;      ///< angle of the driven side, or position of the cart, without delay
     double second;     ///< the drive's second output, as late as y
   };
@@ -66,7 +67,7 @@ class ClosedLoop {
   [[nodiscard]] const Drive& drive() const noexcept { return *drive_; }
 
  private:
-  [[nodiscard]] Setpoint setpoint() const noexcept;
+  [[nodiscard]] Setpoint setpoint(double late_s) const noexcept;
   [[nodiscard]] double rounded(double torque) const noexcept;
   [[nodiscard]] double steady_velocity(double reference, double place);
   [[nodiscard]] double steady_place(double place);
@@ -79,7 +80,7 @@ class ClosedLoop {
   bool open_;
   bool moves_;
   std::size_t sample_ = 0;       // before constant_, which is of this sample
-  Setpoint constant_;            // of the first sample; of all where it stays
+  Setpoint constant_;            // compared with in the first sample; in all where it stays
   double holding_torque_ = 0.0;  // without a controller only
 };
 

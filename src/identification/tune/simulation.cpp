@@ -65,6 +65,12 @@ plant::ControllerConfig controller_config(const TunedController& c, const TuneOp
     config.integral_time_s = c.gains->kp / c.gains->ki;
     config.position_gain = *c.position_gain;
     config.velocity_feedforward = 1.0;
+    if (const auto& f = c.feed_forward) {
+      config.acceleration_feedforward = f->inertia;
+      config.viscous_feedforward = f->viscous;
+      config.coulomb_feedforward = f->coulomb;
+      config.reference_delay_s = f->delay_s;
+    }
     return config;
   }
   config.kind = ControllerKind::rst;
@@ -241,7 +247,7 @@ class Simulator {
     for (std::size_t k = 0; k < record.samples(); ++k)
       run.time_s.push_back(static_cast<double>(k) / record.sample_rate_hz);
     const auto& steps = config.disturbance.load_step_at_s;
-    put_figures(c, what, record.output.samples, steps.empty() ? 0.0 : steps.front(), run);
+    put_figures(c, config, record.output.samples, steps.empty() ? 0.0 : steps.front(), run);
     if (what.starts_with("load")) put_loop(c, simulation->truth.loop, run);
     if (&c == &t_.proposed()) compare(run);
     t_.simulated.push_back(std::move(run));
@@ -331,8 +337,9 @@ class Simulator {
     return away;
   }
 
-  void put_figures(const TunedController& c, const std::string& what, const std::vector<double>& motor,
+  void put_figures(const TunedController& c, const ExperimentConfig& config, const std::vector<double>& motor,
                    double step_at_s, SimulatedRun& run) const {
+    const std::string& what = run.what;
     const double peak = std::abs(*std::max_element(
         run.torque.begin(), run.torque.end(), [](double a, double b) { return std::abs(a) < std::abs(b); }));
     const double step = t_.options.reference_step;
@@ -357,12 +364,31 @@ class Simulator {
       put(run, c, "load_step_peak", largest, load_torque());
       put(run, c, "load_step_iae", sum, load_torque());
     } else {
-      put_motion(c, peak, run);
+      put_motion(c, fed_forward(c, config, run.velocity.size()), peak, run);
     }
   }
 
-  void put_motion(const TunedController& c, double peak, SimulatedRun& run) const {
-    const Followed promised = linear_motion(c, run.reference), came = followed(run.reference, run.velocity);
+  /// [sample] Torque by the reference alone. That against dry friction is not in it: the linear loop has
+  /// none.
+  [[nodiscard]] std::vector<double> fed_forward(const TunedController& c, const ExperimentConfig& config,
+                                                std::size_t samples) const {
+    std::vector<double> torque(samples, 0.0);
+    const auto profile = plant::MotionProfile::create(config.motion);
+    if (!c.feed_forward || !profile) return torque;
+    const bool belt = config.drive.structure == plant::Structure::tooth_belt;
+    const double at_shaft = belt ? 1.0 / config.drive.radius_m : 1.0;  // of what the reference asks for
+    for (std::size_t k = 0; k < samples; ++k) {
+      const auto asked = profile->at(static_cast<double>(k) / config.run.sample_rate_hz);
+      torque[k] = at_shaft *
+                  (c.feed_forward->inertia * asked.acceleration + c.feed_forward->viscous * asked.velocity);
+    }
+    return torque;
+  }
+
+  void put_motion(const TunedController& c, const std::vector<double>& added, double peak,
+                  SimulatedRun& run) const {
+    const Followed promised = linear_motion(c, run.reference, added),
+                   came = followed(run.reference, run.velocity, !is_rigid(base_.drive));
     run.figures.push_back(
         {"velocity_error", t_.units.velocity, promised.velocity_error, came.velocity_error});
     if (c.position_gain)
@@ -371,13 +397,16 @@ class Simulator {
     run.figures.push_back({"peak_torque", t_.units.torque, promised.peak_torque, peak});
   }
 
-  /// How a load followed a reference.
+  static bool is_rigid(const plant::DriveConfig& drive) { return drive.structure == plant::Structure::rigid; }
+
+  /// How a load followed a reference; its velocity by differences of positions lies half a sample behind.
   struct Followed {
     double velocity_error = 0.0, position_error = 0.0, peak_torque = 0.0;
   };
-  [[nodiscard]] Followed followed(const std::vector<double>& reference,
-                                  const std::vector<double>& velocity) const {
+  [[nodiscard]] Followed followed(std::vector<double> reference, const std::vector<double>& velocity,
+                                  bool by_differences) const {
     Followed f;
+    if (by_differences) reference = later(reference, 0.5);
     double away = 0.0;
     for (std::size_t k = 0; k < velocity.size(); ++k) {
       away += t_.sample_time_s * (reference[k] - velocity[k]);
@@ -388,22 +417,27 @@ class Simulator {
   }
 
   /// The same reference on the linear loop of the identified machine, whose load is seen as late as it is
-  /// measured: a cascade's way of position and velocity together is that of its law.
-  [[nodiscard]] Followed linear_motion(const TunedController& c, const std::vector<double>& reference) const {
+  /// measured: a cascade's way of position and velocity together is that of its law. `added`: [sample] torque
+  /// that is fed forward.
+  [[nodiscard]] Followed linear_motion(const TunedController& c, const std::vector<double>& reference,
+                                       const std::vector<double>& added) const {
     const design::Machine machine(t_.machines.front());
     const auto loop = loop_of(machine, law_of(c));
     const bool rigid = machine.model().structure == fit::Structure::rigid;
+    const auto& command = machine.states().command;
     Eigen::VectorXd x = Eigen::VectorXd::Zero(loop.a.rows());
     std::vector<double> load;
     double peak = 0.0;
-    for (const double r : reference) {
+    for (std::size_t k = 0; k < reference.size(); ++k) {
+      const double r = reference[k];
       load.push_back(rigid ? loop.measured * x : loop.load * x);
-      peak = std::max(peak, std::abs(loop.torque * x + loop.torque_by_reference * r));
+      peak = std::max(peak, std::abs(loop.torque * x + loop.torque_by_reference * r + added[k]));
       x = (loop.a * x + r * loop.reference).eval();
+      x.head(command.size()) += added[k] * command;
     }
-    // A velocity by differences of an encoder lies half a sample behind.
+    // As if by differences of positions.
     const double late_s = std::max(0.0, machine.model().known_delay_s + machine.model().delay_s);
-    auto f = followed(reference, rigid ? load : later(load, late_s / t_.sample_time_s + 0.5));
+    auto f = followed(reference, rigid ? load : later(load, late_s / t_.sample_time_s + 0.5), !rigid);
     f.peak_torque = peak;
     return f;
   }

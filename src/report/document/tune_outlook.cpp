@@ -144,8 +144,11 @@ std::string speed_words(const identification::TunedSchedule& s) {
   return ". The gains suit a position that rests: even a slow run disturbs the load a tenth more";
 }
 
-/// The simulated cascade is given the velocity of its reference.
-constexpr const char* kWithVelocity = " with feed-forward of velocity";
+/// What the simulated cascade is given of its reference.
+std::string_view fed_forward_words(const identification::TunedController& c) {
+  if (!c.position_gain) return "";
+  return c.feed_forward ? " with feed-forward of velocity and torque" : " with feed-forward of velocity";
+}
 
 /// The torque of a load step: its figures are promised for it, those of the controller for a torque of 1.
 std::string load_size(const identification::TunedController& c, const identification::SimulatedRun& run,
@@ -228,7 +231,7 @@ std::string run_words(const Tuning& t, const identification::SimulatedRun& run) 
   std::string text = what;
   if (what == "reference step") text += " of " + velocity;
   if (what == "load step") text += load_size(controller, run, t.units.torque);
-  if (what == "motion") text += " to " + velocity + (controller.position_gain ? kWithVelocity : "");
+  if (what == "motion") text += fmt::format(" to {}{}", velocity, fed_forward_words(controller));
   // A move of the load by as much as a second at that velocity makes.
   if (what.starts_with("motion with") && !run.figures.empty())
     text.insert(std::string_view("motion").size(), " by " + size + " " + run.figures.front().unit);

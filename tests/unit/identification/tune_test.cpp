@@ -1417,7 +1417,7 @@ TEST(Tune, FeedsACascadeForward) {
   auto tuning = tune(result, o);
   ASSERT_TRUE(tuning) << message_of(tuning.error());
   ASSERT_TRUE(tuning->proposed().feed_forward);
-  const auto& f = *tuning->proposed().feed_forward;
+  const auto f = *tuning->proposed().feed_forward;
   EXPECT_DOUBLE_EQ(f.inertia, 0.064);
   EXPECT_DOUBLE_EQ(f.viscous, 0.05);
   EXPECT_DOUBLE_EQ(f.coulomb, 0.4);
@@ -1430,6 +1430,24 @@ TEST(Tune, FeedsACascadeForward) {
   ASSERT_EQ(during.size(), 3U);  // without, with the velocity, with the torque too
   EXPECT_LT(during[1], 0.5 * during[0]);
   EXPECT_LT(during[2], 0.5 * during[1]);
+  // The simulated drive is fed the same: it follows as the linear loop without friction, and takes the torque
+  // against dry friction on top; without it friction drags the load off.
+  const auto motion = [&](std::string_view name) {
+    for (const auto& run : tuning->simulated)
+      if (run.what == "motion")
+        for (const auto& figure : run.figures)
+          if (figure.name == name) return figure;
+    ADD_FAILURE() << name;
+    return SimulatedFigure{};
+  };
+  const auto followed = motion("position_error"), torque = motion("peak_torque");
+  EXPECT_NEAR(followed.simulated, *followed.promised, 3e-4);
+  EXPECT_NEAR(torque.simulated - *torque.promised, 0.4, 0.02);
+  tuning->candidates.front().feed_forward.reset();
+  tuning->simulated.clear();
+  simulate_on_model(*tuning, result);
+  EXPECT_GT(motion("position_error").simulated, 10.0 * followed.simulated);
+  tuning->candidates.front().feed_forward = f;
   const auto code = exported(*tuning, ExportFormat::c, {});
   ASSERT_TRUE(code) << message_of(code.error());
   EXPECT_NE(code->find("_torque_feed_forward(double velocity, double acceleration)"), std::string::npos);

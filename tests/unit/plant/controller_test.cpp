@@ -184,6 +184,26 @@ TEST(Controller, CascadeFollowsProfileWithFeedForward) {
   }
 }
 
+// Inertia, viscous and dry friction of the profile; no other kind feeds forward, whatever its fields hold.
+TEST(Controller, CascadeFeedsTorqueForward) {
+  auto config = cascade();
+  config.acceleration_feedforward = 0.064;
+  config.viscous_feedforward = 0.05;
+  config.coulomb_feedforward = 0.4;
+  config.reference_delay_s = 0.003;
+  const auto c = make(config);
+  EXPECT_DOUBLE_EQ(c.torque_feedforward({7.0, 2.0, 10.0}), 0.64 + 0.1 + 0.4);
+  EXPECT_DOUBLE_EQ(c.torque_feedforward({7.0, -2.0, 10.0}), 0.64 - 0.1 - 0.4);
+  EXPECT_EQ(c.torque_feedforward({7.0, 0.0, 0.0}), 0.0);
+  EXPECT_EQ(c.reference_delay_s(), 0.003);
+  config.kind = ControllerKind::pi;
+  EXPECT_EQ(make(config).torque_feedforward({7.0, 2.0, 10.0}), 0.0);
+  EXPECT_EQ(make(config).reference_delay_s(), 0.0);
+  // The law itself is the same with and without.
+  config.kind = ControllerKind::cascade;
+  EXPECT_EQ(respond(config, signals(40)), respond(cascade(), signals(40)));
+}
+
 // Any law from measured velocity to -u is what feedback() says, starting at rest.
 TEST(Controller, FeedbackIsTheLawFromVelocity) {
   const auto y = signals(80);
@@ -405,6 +425,11 @@ TEST(Controller, NamesTheFieldThatIsWrong) {
   EXPECT_EQ(refused_field(pid(), [](auto& c) { c.derivative_filter_s = NAN; }), "derivative_filter_s");
   EXPECT_EQ(refused_field(cascade(), [](auto& c) { c.position_gain = 0.0; }), "position_gain");
   EXPECT_EQ(refused_field(cascade(), [](auto& c) { c.velocity_feedforward = 1.1; }), "velocity_feedforward");
+  EXPECT_EQ(refused_field(cascade(), [](auto& c) { c.acceleration_feedforward = -1.0; }),
+            "acceleration_feedforward");
+  EXPECT_EQ(refused_field(cascade(), [](auto& c) { c.viscous_feedforward = NAN; }), "viscous_feedforward");
+  EXPECT_EQ(refused_field(cascade(), [](auto& c) { c.coulomb_feedforward = -0.1; }), "coulomb_feedforward");
+  EXPECT_EQ(refused_field(cascade(), [](auto& c) { c.reference_delay_s = INFINITY; }), "reference_delay_s");
   EXPECT_EQ(refused_field(pid(), [](auto& c) { c.velocity_limit = -1.0; }), "velocity_limit");
   EXPECT_EQ(refused_field({}, [](auto& c) { c.torque_limit = -1.0; }), "torque_limit");
   EXPECT_EQ(refused_field(rst(), [](auto&) {}), "accepted");
@@ -444,7 +469,9 @@ TEST(Controller, DescribesTheFieldsOfEachKind) {
   EXPECT_EQ(fields(ControllerKind::pid),
             "kind gain integral_time_s derivative_time_s derivative_filter_s " + limits);
   EXPECT_EQ(fields(ControllerKind::cascade),
-            "kind gain integral_time_s position_gain velocity_feedforward " + limits);
+            "kind gain integral_time_s position_gain velocity_feedforward acceleration_feedforward "
+            "viscous_feedforward coulomb_feedforward reference_delay_s " +
+                limits);
   EXPECT_EQ(fields(ControllerKind::rst), "kind r s t " + limits);
   EXPECT_EQ(fields(ControllerKind::transfer_function), "kind numerator denominator " + limits);
   EXPECT_EQ(name_of(ControllerKind::transfer_function), "transfer-function");

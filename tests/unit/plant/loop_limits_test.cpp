@@ -118,6 +118,99 @@ TEST(LoopLimits, CascadeStartsSettledOnTheRun) {
   }
 }
 
+/// Torque of the whole machine fed forward, with friction that it knows.
+LoopConfig fed_forward() {
+  LoopConfig c = cascade(1.0);
+  c.machine.friction.driven = {0.3, 0.3, 0.0};
+  c.controller.acceleration_feedforward = 0.064;
+  c.controller.viscous_feedforward = 0.01;
+  c.controller.coulomb_feedforward = 0.3;
+  c.controller.reference_delay_s = 0.0047;
+  return c;
+}
+
+TEST(LoopLimits, TorqueFeedForwardStartsSettledOnTheRun) {
+  LoopConfig c = fed_forward();
+  c.motion.kind = MotionKind::constant;
+  const auto profile = MotionProfile::create(c.motion).value();
+  auto loop = test::make_loop(c);
+  for (int k = 0; k < 2000; ++k) {
+    const auto s = loop.step(0.0, 0.0);
+    ASSERT_NEAR(s.output, 5.0, 1e-9);
+    ASSERT_NEAR(s.input, 0.01 * 5.0 + 0.3, 1e-9);
+    // What is compared is as late as what is measured, so that nothing is left of the delay.
+    ASSERT_NEAR(profile.at(k / c.sample_rate_hz).position - s.place, 0.0, 1e-9);
+  }
+}
+
+/// Largest distance of the driven side from its profile.
+double farthest_off(const LoopConfig& c) {
+  const auto profile = MotionProfile::create(c.motion).value();
+  auto loop = test::make_loop(c);
+  double farthest = 0.0;
+  for (int k = 0; k < 3750; ++k)
+    farthest =
+        std::max(farthest, std::abs(profile.at(k / c.sample_rate_hz).position - loop.step(0.0, 0.0).place));
+  return farthest;
+}
+
+TEST(LoopLimits, TorqueFeedForwardLeavesLittleToFeedback) {
+  LoopConfig c = fed_forward();
+  c.motion.kind = MotionKind::s_curve;
+  const double all = farthest_off(c);
+  c.controller.coulomb_feedforward = 0.0;
+  const double without_friction = farthest_off(c);
+  c.controller.acceleration_feedforward = c.controller.viscous_feedforward = 0.0;
+  const double velocity_alone = farthest_off(c);
+  EXPECT_LT(all, 0.6 * without_friction);
+  EXPECT_LT(all, 0.2 * velocity_alone);
+}
+
+// A rigid machine without friction under a cascade of one's own, whose feed-forward asks for more than the
+// limit: both together are limited, and the law goes on from its own part of what was given.
+TEST(LoopLimits, TorqueFeedForwardIsLimitedWithTheController) {
+  LoopConfig c;
+  c.machine.drive = test::rigid();
+  c.machine.drive.viscous_friction = 0.0;
+  c.controller = test::pi_controller(0.8, 0.1);
+  c.controller.kind = ControllerKind::cascade;
+  c.controller.position_gain = 4.0;
+  c.controller.velocity_feedforward = 1.0;
+  c.controller.acceleration_feedforward = 0.05;
+  c.controller.viscous_feedforward = 0.02;
+  c.controller.coulomb_feedforward = 0.3;
+  c.controller.reference_delay_s = 0.004;
+  c.controller.torque_limit = 2.0;
+  c.motion.kind = MotionKind::trapezoidal;
+  c.motion.velocity = 4.0;
+  c.motion.acceleration = 60.0;  // 3 Nm
+  c.motion.to = 3.0;
+  c.motion.wait_s = 0.1;
+  const auto profile = MotionProfile::create(c.motion).value();
+  auto loop = test::make_loop(c);
+  double velocity = 0.0, place = 0.0, command = 0.0, last_error = 0.0;
+  int limited = 0;
+  for (int k = 0; k < 1500; ++k) {
+    const double ru = 0.2 * std::sin(0.05 * k);
+    const auto s = loop.step(ru, 0.0);
+    const Setpoint now = profile.at(k * 0.002), compared = profile.at(k * 0.002 - 0.004);
+    ASSERT_NEAR(s.place, place, 1e-9) << k;
+    ASSERT_NEAR(s.reference, compared.velocity, 1e-12) << k;
+    const double error = 4.0 * (compared.position - place) + compared.velocity - velocity;
+    const double fed = 0.05 * now.acceleration + 0.02 * now.velocity + (now.velocity > 0.0 ? 0.3 : 0.0);
+    const double wanted = command + 0.8 * (error - last_error) + 0.8 * 0.002 / 0.1 * error + fed + ru;
+    const double u = std::clamp(wanted, -2.0, 2.0);
+    ASSERT_NEAR(s.input, u, 1e-8) << k;
+    if (u != wanted) ++limited;
+    command = u - fed - ru;
+    last_error = error;
+    place += 0.002 * (velocity + 0.5 * 0.002 / 0.05 * u);
+    velocity += 0.002 / 0.05 * u;
+  }
+  EXPECT_GT(limited, 30);
+  EXPECT_NEAR(place, 3.0, 0.05);
+}
+
 // A proportional controller gives way to a load: v = -T/(Kp + b); friction that can hold it does.
 TEST(LoopLimits, ProportionalControllerStartsSettledUnderALoad) {
   LoopConfig c;

@@ -37,6 +37,10 @@ struct ControllerConfig {
   double derivative_filter_s = 0.0;
   double position_gain = 0.0;
   double velocity_feedforward = 0.0;
+  double acceleration_feedforward = 0.0;
+  double viscous_feedforward = 0.0;
+  double coulomb_feedforward = 0.0;
+  double reference_delay_s = 0.0;
   std::vector<double> r;
   std::vector<double> s;
   std::vector<double> t;
@@ -66,6 +70,15 @@ void describe(Visitor&& v, ControllerConfig& c) {
     v("position_gain", c.position_gain, "velocity reference per position error, > 0 (1/s)");
     v("velocity_feedforward", c.velocity_feedforward,
       "part of the profile's velocity that is added to the velocity reference, 0 ... 1");
+    v("acceleration_feedforward", c.acceleration_feedforward,
+      "torque per acceleration of the profile that is added to the controller's, >= 0 (kgm2)");
+    v("viscous_feedforward", c.viscous_feedforward,
+      "torque per velocity of the profile, added likewise, >= 0 (Nms/rad)");
+    v("coulomb_feedforward", c.coulomb_feedforward,
+      "torque in the direction of the profile's velocity, added likewise, >= 0 (Nm)");
+    v("reference_delay_s", c.reference_delay_s,
+      "by which the profile's position and velocity are compared later than torque is fed forward, as what "
+      "is measured comes late, >= 0 (s)");
   }
   if (c.kind == rst) {
     v("r", c.r, "coefficients of R in R u = T ref - S y, in powers of z^-1, at the sample rate of the run");
@@ -99,6 +112,9 @@ struct Measured {
 ///   cascade            u = C_pi (v* - y),  v* = position_gain (p* - p) + velocity_feedforward dp*/dt
 ///   rst                R u = T v* - S y
 ///
+/// What a cascade adds to u by the profile alone, torque_feedforward(), is no part of the law: the caller
+/// adds it as an excitation, so that the limit holds for both together.
+///
 /// Integral and derivative are backward Euler (the derivative's lag with its pole in
 /// Tf/(Tf+Ts)). v* is limited first. A sample takes three calls, between which the caller adds the
 /// excitation:
@@ -119,6 +135,13 @@ class Controller {
   /// The controller's output before excitation and limit; 0 in open loop. Changes nothing that a further
   /// call would not overwrite until commit() ends the sample.
   [[nodiscard]] double command(const Setpoint& setpoint, const Measured& measured) noexcept;
+  /// What a cascade feeds forward: acceleration_feedforward a + viscous_feedforward v + coulomb_feedforward
+  /// sign(v) by the profile's acceleration and velocity; 0 of every other kind.
+  [[nodiscard]] double torque_feedforward(const Setpoint& setpoint) const noexcept;
+  /// By which the setpoint of command() is later than that of torque_feedforward().
+  [[nodiscard]] double reference_delay_s() const noexcept {
+    return uses_position() ? config_.reference_delay_s : 0.0;
+  }
   /// The torque within the limit.
   [[nodiscard]] double limit(double torque) const noexcept;
   /// Ends the sample with the controller's output as it took effect: the limited torque less the excitation.
