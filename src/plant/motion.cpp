@@ -10,6 +10,22 @@ namespace {
 bool is_positive(double x) { return x > 0.0 && std::isfinite(x); }
 bool is_not_negative(double x) { return x >= 0.0 && std::isfinite(x); }
 
+expected<void, Error> check_shaper(const MotionConfig& c) noexcept {
+  if (c.shaper_times_s.size() != c.shaper_amplitudes.size())
+    return refuse("shaper_times_s", "must hold as many times as shaper_amplitudes holds impulses");
+  constexpr double kRounding = 1e-6;
+  double sum = 0.0;
+  for (const double amplitude : c.shaper_amplitudes) {
+    if (!is_positive(amplitude)) return refuse("shaper_amplitudes", "must be > 0", amplitude);
+    sum += amplitude;
+  }
+  if (!c.shaper_amplitudes.empty() && !(std::abs(sum - 1.0) <= kRounding))
+    return refuse("shaper_amplitudes", "must be 1 together", sum);
+  for (const double time : c.shaper_times_s)
+    if (!is_not_negative(time)) return refuse("shaper_times_s", "must be >= 0", time);
+  return {};
+}
+
 }  // namespace
 
 expected<void, Error> check(const MotionConfig& c) noexcept {
@@ -26,7 +42,7 @@ expected<void, Error> check(const MotionConfig& c) noexcept {
   if (c.to == c.from) return refuse("to", "must not be `from`", c.to);
   if (!is_not_negative(c.wait_s)) return refuse("wait_s", "must be >= 0", c.wait_s);
   if (!is_not_negative(c.dwell_s)) return refuse("dwell_s", "must be >= 0", c.dwell_s);
-  return {};
+  return check_shaper(c);
 }
 
 expected<MotionProfile, Error> MotionProfile::create(const MotionConfig& config) {
@@ -99,6 +115,19 @@ Setpoint MotionProfile::between(double start, double end, const Setpoint& way) n
 }
 
 Setpoint MotionProfile::at(double time_s) const noexcept {
+  if (!moves() || config_.shaper_times_s.empty()) return unshaped(time_s);
+  Setpoint sum{config_.from, 0.0, 0.0};
+  for (std::size_t i = 0; i < config_.shaper_times_s.size(); ++i) {
+    const Setpoint one = unshaped(time_s - config_.shaper_times_s[i]);
+    const double part = config_.shaper_amplitudes[i];
+    sum.position += part * (one.position - config_.from);
+    sum.velocity += part * one.velocity;
+    sum.acceleration += part * one.acceleration;
+  }
+  return sum;
+}
+
+Setpoint MotionProfile::unshaped(double time_s) const noexcept {
   if (config_.kind == MotionKind::constant)
     return {config_.from + config_.velocity * time_s, config_.velocity, 0.0};
   if (!moves() || time_s < 0.0) return {config_.from, 0.0, 0.0};
@@ -113,7 +142,7 @@ Setpoint MotionProfile::at(double time_s) const noexcept {
 
 MotionProfile::Range MotionProfile::reached(double duration_s) const noexcept {
   const double last = moves() ? std::min(duration_s, config_.wait_s + duration_s_) : duration_s;
-  const double position = at(std::max(last, 0.0)).position;
+  const double position = unshaped(std::max(last, 0.0)).position;  // a shaped one goes no further
   return {std::min(config_.from, position), std::max(config_.from, position)};
 }
 

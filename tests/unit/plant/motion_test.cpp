@@ -222,6 +222,23 @@ TEST(Motion, ObeysItsLimitsAndMeetsItsEnds) {
   }));
 }
 
+TEST(Motion, IsConvolvedWithAShaper) {
+  MotionConfig c{kSCurve, 0.5, 2.0, 16.0, 0.25, 1.5, 0.1, 0.2, true};
+  const auto plain = make(c);
+  c.shaper_amplitudes = {0.6, 0.4};
+  c.shaper_times_s = {0.0, 0.07};
+  const auto shaped = make(c);
+  for (int k = 0; k < 500; ++k) {
+    const double t = 0.02 * k;
+    const Setpoint now = plain.at(t), before = plain.at(t - 0.07), s = shaped.at(t);
+    EXPECT_NEAR(s.position, 0.6 * now.position + 0.4 * before.position, 1e-12) << t;
+    EXPECT_NEAR(s.velocity, 0.6 * now.velocity + 0.4 * before.velocity, 1e-12) << t;
+    EXPECT_NEAR(s.acceleration, 0.6 * now.acceleration + 0.4 * before.acceleration, 1e-12) << t;
+  }
+  EXPECT_EQ(shaped.move_duration_s(), plain.move_duration_s());
+  EXPECT_NEAR(shaped.at(0.1 + plain.move_duration_s() + 0.07 + 0.05).position, 1.5, 1e-12);  // at rest there
+}
+
 // ---- configuration ------------------------------------------------------------------------------------
 
 TEST(Motion, NamesTheFieldThatIsWrong) {
@@ -242,6 +259,14 @@ TEST(Motion, NamesTheFieldThatIsWrong) {
   EXPECT_EQ(field([](auto& c) { c.wait_s = -1.0; }), "wait_s");
   EXPECT_EQ(field([](auto& c) { c.dwell_s = -1.0; }), "dwell_s");
   EXPECT_EQ(field([](auto& c) { c.kind = MotionKind::constant, c.velocity = NAN; }), "velocity");
+  const auto shaper = [&](std::vector<double> amplitudes, std::vector<double> times_s) {
+    return field([&](auto& c) { c.shaper_amplitudes = amplitudes, c.shaper_times_s = times_s; });
+  };
+  EXPECT_EQ(shaper({0.5, 0.5}, {0.0, 0.03}), "accepted");
+  EXPECT_EQ(shaper({0.5, 0.5}, {0.0}), "shaper_times_s");
+  EXPECT_EQ(shaper({0.5, 0.5}, {0.0, -0.03}), "shaper_times_s");
+  EXPECT_EQ(shaper({0.5, 0.4}, {0.0, 0.03}), "shaper_amplitudes");
+  EXPECT_EQ(shaper({1.5, -0.5}, {0.0, 0.03}), "shaper_amplitudes");
 }
 
 TEST(Motion, DescribesTheFieldsOfEachKind) {
@@ -254,8 +279,9 @@ TEST(Motion, DescribesTheFieldsOfEachKind) {
   };
   EXPECT_EQ(fields(MotionKind::standstill), "kind from ");
   EXPECT_EQ(fields(MotionKind::constant), "kind velocity from ");
-  EXPECT_EQ(fields(kTrapezoidal), "kind velocity acceleration from to wait_s returns dwell_s ");
-  EXPECT_EQ(fields(kSCurve), "kind velocity acceleration jerk from to wait_s returns dwell_s ");
+  const std::string moves = "from to wait_s returns dwell_s shaper_amplitudes shaper_times_s ";
+  EXPECT_EQ(fields(kTrapezoidal), "kind velocity acceleration " + moves);
+  EXPECT_EQ(fields(kSCurve), "kind velocity acceleration jerk " + moves);
   EXPECT_EQ(name_of(kSCurve), "s-curve");
 }
 

@@ -5,6 +5,7 @@
 #include <resonid/base/expected.hpp>
 #include <span>
 #include <string_view>
+#include <vector>
 
 namespace resonid::plant {
 
@@ -35,6 +36,8 @@ struct MotionConfig {
   double wait_s = 0.0;
   double dwell_s = 0.0;
   bool returns = false;
+  std::vector<double> shaper_amplitudes = {};
+  std::vector<double> shaper_times_s = {};
 };
 
 /// The fields in the order of reading; `kind` is set first and selects the rest. Units of the driven side,
@@ -58,6 +61,9 @@ void describe(Visitor&& v, MotionConfig& c) {
   v("wait_s", c.wait_s, "rest at `from` before each move to `to`, >= 0 (s)");
   v("returns", c.returns, "whether it moves back to `from` and begins again, else it stays at `to`");
   v("dwell_s", c.dwell_s, "rest at `to` before each move back, >= 0 (s)");
+  v("shaper_amplitudes", c.shaper_amplitudes,
+    "impulses of an input shaper, which the reference is convolved with, > 0 and 1 together; empty: none");
+  v("shaper_times_s", c.shaper_times_s, "their times, as many, >= 0 (s)");
 }
 
 [[nodiscard]] expected<void, Error> check(const MotionConfig& config) noexcept;
@@ -68,6 +74,10 @@ void describe(Visitor&& v, MotionConfig& c) {
 ///   constant       from + velocity t, settled: it turns at `velocity` already before t = 0
 ///   trapezoidal    rest for wait_s, a move, rest for dwell_s, the move back, and again from the beginning
 ///   s-curve        likewise with limited jerk
+///
+/// With an input shaper, the sum of its impulses' amplitudes times the reference that much earlier: each move
+/// takes as much longer as its last impulse is late, and its derivatives are smaller. A dwell must outlast it,
+/// or a move back begins before the way there is over.
 ///
 /// A move takes the least time from rest to rest within its limits. One of limited jerk is the trapezoid of
 /// velocity v and acceleration a, averaged over the past a/jerk seconds, with v and a lowered where the move
@@ -89,7 +99,7 @@ class MotionProfile {
 
   /// Whether it goes from place to place, neither resting nor turning on.
   [[nodiscard]] bool moves() const noexcept;
-  /// Duration of one move from rest to rest; 0 without moves.
+  /// Duration of one move from rest to rest before it is shaped; 0 without moves.
   [[nodiscard]] double move_duration_s() const noexcept { return duration_s_; }
   /// The positions between which the reference stays from 0 to `duration_s`.
   [[nodiscard]] Range reached(double duration_s) const noexcept;
@@ -97,6 +107,7 @@ class MotionProfile {
  private:
   explicit MotionProfile(const MotionConfig& config) noexcept : config_(config) {}
   void plan() noexcept;
+  [[nodiscard]] Setpoint unshaped(double time_s) const noexcept;
   [[nodiscard]] Setpoint from_rest(double time_s) const noexcept;
   [[nodiscard]] Setpoint move(double time_s) const noexcept;
   [[nodiscard]] static Setpoint between(double start, double end, const Setpoint& way) noexcept;
