@@ -119,6 +119,8 @@ class Simulator {
     const double settling = settling_s();
     if (!cascade)
       if (auto done = one(c, "reference step" + with, reference_step(settling)); !done) return done;
+    if (!cascade && &c == &t_.proposed() && shaper() != nullptr)
+      if (auto done = one(c, "reference step through the shaper", shaped_step(settling)); !done) return done;
     if (auto done = one(c, "load step" + with, load_step(settling)); !done) return done;
     const bool moves =
         base_.motion.kind == MotionKind::trapezoidal || base_.motion.kind == MotionKind::s_curve;
@@ -204,6 +206,20 @@ class Simulator {
     return config;
   }
 
+  /// The chosen one; none where none is wanted, needed or good enough.
+  [[nodiscard]] const TunedShaper* shaper() const {
+    const auto found = std::ranges::find(t_.shapers, true, &TunedShaper::chosen);
+    return found != t_.shapers.end() && found->duration_s > 0.0 && t_.shaped_mode ? &*found : nullptr;
+  }
+
+  [[nodiscard]] ExperimentConfig shaped_step(double settling) const {
+    ExperimentConfig config = reference_step(settling);
+    config.motion.shaper_amplitudes = shaper()->amplitudes;
+    config.motion.shaper_times_s = shaper()->times_s;
+    config.run.duration_s += shaper()->duration_s;
+    return config;
+  }
+
   /// While it turns, since at rest dry friction takes small torques.
   [[nodiscard]] ExperimentConfig load_step(double settling) const {
     ExperimentConfig config = base_;
@@ -277,13 +293,16 @@ class Simulator {
   void compare(const SimulatedRun& run) {
     constexpr double kPart = 0.3, kPoints = 10.0;
     if (run.what.starts_with("motion")) return;  // its errors are small, and friction alone is a part of them
+    if (run.what.ends_with("shaper")) return;    // the step without it tells as much
     std::string differing;
     const SimulatedFigure* first = nullptr;
     for (const auto& figure : run.figures) {
       // What is summed up until it has settled is not all there after a cut.
       const bool cut = told_cut_ && (figure.name == "load_step_iae" || figure.name == "reference_settling_s");
       if (!figure.promised || cut) continue;
-      double room = figure.name == "reference_overshoot" ? kPoints : kPart * std::abs(*figure.promised);
+      double room = figure.name == "reference_overshoot" || figure.name == "swing_left"
+                        ? kPoints
+                        : kPart * std::abs(*figure.promised);
       if (figure.name == "reference_settling_s") room += 5.0 * t_.sample_time_s;
       if (distance(figure) <= room) continue;
       differing += fmt::format("{}{} {:.3g}{} came, {:.3g} was promised", first == nullptr ? "" : "; ",
@@ -343,7 +362,11 @@ class Simulator {
     const double peak = std::abs(*std::max_element(
         run.torque.begin(), run.torque.end(), [](double a, double b) { return std::abs(a) < std::abs(b); }));
     const double step = t_.options.reference_step;
-    if (what.starts_with("reference")) {
+    if (!config.motion.shaper_times_s.empty()) {
+      put_swing(c, run);
+      run.figures.push_back({"reference_peak_torque", t_.units.torque,
+                             linear_run(c, run.reference, no_torque(run)).peak_torque, peak});
+    } else if (what.starts_with("reference")) {
       double overshoot = 0.0, settled = 0.0, begin = 0.0;
       for (std::size_t k = 0; k < run.velocity.size(); ++k) {
         if (!(run.reference[k] > 0.0)) begin = run.time_s[k];
@@ -353,6 +376,7 @@ class Simulator {
       put(run, c, "reference_overshoot", 100.0 * overshoot);
       put(run, c, "reference_settling_s", std::max(0.0, settled - begin));
       put(run, c, "reference_peak_torque", peak);
+      if (&c == &t_.proposed() && shaper() != nullptr) put_swing(c, run);
     } else if (what.starts_with("load")) {
       const auto away = way_off(c.position_gain ? motor : run.velocity, run.reference, step_at_s,
                                 c.position_gain.has_value());
@@ -366,6 +390,27 @@ class Simulator {
     } else {
       put_motion(c, fed_forward(c, config, run.velocity.size()), peak, run);
     }
+  }
+
+  static std::vector<double> no_torque(const SimulatedRun& run) {
+    return std::vector<double>(run.reference.size(), 0.0);
+  }
+
+  /// How far the load is off a step when the shaper's last impulse and a period of its mode are over, whether
+  /// it was shaped or not.
+  void put_swing(const TunedController& c, SimulatedRun& run) const {
+    const double wait_s = std::max(shaper()->duration_s, 1.0 / t_.shaped_mode->frequency_hz);
+    const auto begin = std::ranges::find_if(run.reference, [](double r) { return r > 0.0; });
+    const auto from = static_cast<std::size_t>(begin - run.reference.begin()) +
+                      static_cast<std::size_t>(std::ceil(wait_s / t_.sample_time_s));
+    const auto swing = [&](const std::vector<double>& load) {
+      double largest = 0.0;
+      for (std::size_t k = from; k < load.size(); ++k)
+        largest = std::max(largest, std::abs(load[k] / t_.options.reference_step - 1.0));
+      return 100.0 * largest;
+    };
+    run.figures.push_back(
+        {"swing_left", "%", swing(linear_run(c, run.reference, no_torque(run)).load), swing(run.velocity)});
   }
 
   /// [sample] Torque by the reference alone. That against dry friction is not in it: the linear loop has
@@ -387,21 +432,23 @@ class Simulator {
 
   void put_motion(const TunedController& c, const std::vector<double>& added, double peak,
                   SimulatedRun& run) const {
-    const Followed promised = linear_motion(c, run.reference, added),
+    const LinearRun linear = linear_run(c, run.reference, added);
+    const bool rigid = t_.machines.front().structure == fit::Structure::rigid;
+    const Followed promised = followed(run.reference, linear.load, !rigid),
                    came = followed(run.reference, run.velocity, !is_rigid(base_.drive));
     run.figures.push_back(
         {"velocity_error", t_.units.velocity, promised.velocity_error, came.velocity_error});
     if (c.position_gain)
       run.figures.push_back(
           {"position_error", place_unit(t_.units.velocity), promised.position_error, came.position_error});
-    run.figures.push_back({"peak_torque", t_.units.torque, promised.peak_torque, peak});
+    run.figures.push_back({"peak_torque", t_.units.torque, linear.peak_torque, peak});
   }
 
   static bool is_rigid(const plant::DriveConfig& drive) { return drive.structure == plant::Structure::rigid; }
 
   /// How a load followed a reference; its velocity by differences of positions lies half a sample behind.
   struct Followed {
-    double velocity_error = 0.0, position_error = 0.0, peak_torque = 0.0;
+    double velocity_error = 0.0, position_error = 0.0;
   };
   [[nodiscard]] Followed followed(std::vector<double> reference, const std::vector<double>& velocity,
                                   bool by_differences) const {
@@ -419,8 +466,12 @@ class Simulator {
   /// The same reference on the linear loop of the identified machine, whose load is seen as late as it is
   /// measured: a cascade's way of position and velocity together is that of its law. `added`: [sample] torque
   /// that is fed forward.
-  [[nodiscard]] Followed linear_motion(const TunedController& c, const std::vector<double>& reference,
-                                       const std::vector<double>& added) const {
+  struct LinearRun {
+    std::vector<double> load;
+    double peak_torque = 0.0;
+  };
+  [[nodiscard]] LinearRun linear_run(const TunedController& c, const std::vector<double>& reference,
+                                     const std::vector<double>& added) const {
     const design::Machine machine(t_.machines.front());
     const auto loop = loop_of(machine, law_of(c));
     const bool rigid = machine.model().structure == fit::Structure::rigid;
@@ -437,9 +488,7 @@ class Simulator {
     }
     // As if by differences of positions.
     const double late_s = std::max(0.0, machine.model().known_delay_s + machine.model().delay_s);
-    auto f = followed(reference, rigid ? load : later(load, late_s / t_.sample_time_s + 0.5), !rigid);
-    f.peak_torque = peak;
-    return f;
+    return {rigid ? load : later(load, late_s / t_.sample_time_s + 0.5), peak};
   }
 
   static std::vector<double> later(const std::vector<double>& samples, double by) {

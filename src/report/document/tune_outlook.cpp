@@ -229,7 +229,8 @@ std::string run_words(const Tuning& t, const identification::SimulatedRun& run) 
   const auto size = three_digits(t.options.reference_step);
   const std::string velocity = size + " " + t.units.velocity;
   std::string text = what;
-  if (what == "reference step") text += " of " + velocity;
+  if (what.starts_with("reference step"))
+    text.insert(std::string_view("reference step").size(), " of " + velocity);
   if (what == "load step") text += load_size(controller, run, t.units.torque);
   if (what == "motion") text += fmt::format(" to {}{}", velocity, fed_forward_words(controller));
   // A move of the load by as much as a second at that velocity makes.

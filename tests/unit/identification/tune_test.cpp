@@ -1485,6 +1485,30 @@ TEST(Tune, ShapesWhatEveryMachineSwings) {
   EXPECT_NEAR(given->shaped_mode->frequency_hz / one->shaped_mode->frequency_hz, 1.0, 0.02);
 }
 
+/// Without the shaper a step leaves the load of this loop a tenth of it to swing, a period later.
+TEST(Tune, SimulatesAStepThroughTheShaper) {
+  const auto result = identified();
+  auto o = few_draws();
+  o.shaper = true;
+  o.largest_load_transfer = 2.5;
+  o.largest_sensitivity = 1.8;
+  auto tuning = tune(result, o);
+  ASSERT_TRUE(tuning) << message_of(tuning.error());
+  simulate_on_model(*tuning, result);
+  ASSERT_EQ(tuning->simulated.size(), 4U);
+  EXPECT_EQ(tuning->simulated[1].what, "reference step through the shaper");
+  std::vector<double> left;
+  for (const auto& run : tuning->simulated)
+    for (const auto& figure : run.figures)
+      if (figure.name == "swing_left") {
+        EXPECT_NEAR(figure.simulated, *figure.promised, 0.5) << run.what;
+        left.push_back(figure.simulated);
+      }
+  ASSERT_EQ(left.size(), 2U);
+  EXPECT_GT(left[0], 5.0);
+  EXPECT_LT(left[1], 0.2 * left[0]);
+}
+
 /// The default PI damps its mode so well that a step by itself leaves little; one with a stiffer load does
 /// not. What is left is checked by the step of the identified machine (docs/methods/tune.md 11.3).
 TEST(Tune, NeedsNoShaperWhereTheLoopLeavesLittle) {

@@ -76,8 +76,8 @@ void describe(Visitor&& v, MotionConfig& c) {
 ///   s-curve        likewise with limited jerk
 ///
 /// With an input shaper, the sum of its impulses' amplitudes times the reference that much earlier: each move
-/// takes as much longer as its last impulse is late, and its derivatives are smaller. A dwell must outlast it,
-/// or a move back begins before the way there is over.
+/// takes as much longer as its last impulse is late, and its derivatives are smaller. A dwell must outlast
+/// it, or a move back begins before the way there is over.
 ///
 /// A move takes the least time from rest to rest within its limits. One of limited jerk is the trapezoid of
 /// velocity v and acceleration a, averaged over the past a/jerk seconds, with v and a lowered where the move
