@@ -56,11 +56,30 @@ class MarginLines {
     return std::log(std::max(std::abs(loop_[i]), std::numeric_limits<double>::min()));
   }
 
+  [[nodiscard]] bool reaches_one(std::size_t i) const {
+    const double size = std::abs(loop_[i]);
+    return size > 0.0 && std::abs(size - 1.0) <= radii_[i];
+  }
+
+  [[nodiscard]] PlaceAtOne place_at(std::size_t i) const { return {frequencies_hz_[i], loop_[i], radii_[i]}; }
+
+  /// Least phase margin of a crossing below line i, and of the lines on either side up to the first that does
+  /// not reach 1: within the disks the loop may cross at any of them.
+  [[nodiscard]] double least_around(const PlaceAtOne& crossing, std::size_t i) const {
+    double least = crossing.least_phase_deg();
+    const auto also_at = [&](std::size_t line) {
+      const double there = place_at(line).least_phase_deg();
+      if (std::abs(there) < std::abs(least)) least = there;
+    };
+    for (std::size_t line = i; line > 0 && reaches_one(line - 1); --line) also_at(line - 1);
+    for (std::size_t line = i; line < loop_.size() && reaches_one(line); ++line) also_at(line);
+    return least;
+  }
+
   void find_crossings() {
     std::vector<PlaceAtOne> reached;
     for (std::size_t i = 0; i < loop_.size(); ++i)
-      if (const double size = std::abs(loop_[i]); size > 0.0 && std::abs(size - 1.0) <= radii_[i])
-        reached.emplace_back(frequencies_hz_[i], loop_[i], radii_[i]);
+      if (reaches_one(i)) reached.push_back(place_at(i));
     for (std::size_t i = 1; i < loop_.size(); ++i) {
       const double before = log_size(i - 1), after = log_size(i);
       if ((before >= 0.0) == (after >= 0.0)) continue;
@@ -69,6 +88,7 @@ class MarginLines {
       const PlaceAtOne at(between(frequencies_hz_, i, part), std::polar(1.0, angle),
                           between(radii_, i, part));
       found_.crossings.push_back({at.frequency_hz, at.margin_deg, before >= 0.0});
+      found_.worst_deg.push_back(least_around(at, i));
       if (!found_.phase_deg || std::abs(at.margin_deg) < std::abs(found_.phase_deg->value))
         found_.phase_deg = {at.margin_deg, at.least_phase_deg()};
       if (!found_.delay_s || at.delay_s() < found_.delay_s->value)

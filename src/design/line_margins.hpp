@@ -16,6 +16,7 @@ struct LineMargin {
 };
 struct LineMargins {
   std::vector<Crossing> crossings;      ///< All of them, ascending, between the lines.
+  std::vector<double> worst_deg;        ///< [crossing] Least phase margin there and at the lines beside it.
   std::optional<LineMargin> phase_deg;  ///< Least size over all crossings, as LoopFigures has it.
   std::optional<LineMargin> gain_db;    ///< Least factor > 1 at arg L = -180 deg.
   std::optional<LineMargin> delay_s;    ///< Least delay that takes a crossing to -1.

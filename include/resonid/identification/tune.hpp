@@ -107,6 +107,14 @@ struct LoopFigure {
   std::optional<double> probability;  ///< That the bound is exceeded.
 };
 
+/// |L| = 1 of the identified machine, and of the machines that may be, where their loops cross 1 there too.
+struct TunedCrossing : design::Crossing {
+  /// Central 95 % over the posterior; of the phase margin on the turn of its value.
+  std::optional<double> frequency_low_hz = {}, frequency_high_hz = {};
+  std::optional<double> phase_margin_low_deg = {}, phase_margin_high_deg = {};
+  std::optional<double> phase_margin_worst_deg = {};  ///< Least size, as LoopFigure::worst.
+};
+
 /// A real function of frequency or time, and in between which values 95 % of the machines that may be lie.
 struct Band {
   std::vector<double> value, low, high;
@@ -151,7 +159,7 @@ struct TunedController {
   double set_point_weight = 1.0;                             ///< b
   std::vector<double> reference_numerator;                   ///< T of u = (T r - R y)/S where it is not R.
   std::vector<LoopFigure> figures;
-  std::vector<design::Crossing> crossings;
+  std::vector<TunedCrossing> crossings;  ///< All, ascending.
   std::vector<design::ClosedLoopMode> modes;
   bool stable = false;  ///< On the identified machine.
   double spectral_radius = 0.0;

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "design/cascade.hpp"
-#include "design/figures.hpp"
 
 namespace resonid::identification {
 namespace {
@@ -83,9 +82,8 @@ std::array<FigureValue, 4> reference_values(const StepResponses& steps, double s
 
 }  // namespace
 
-std::vector<FigureValue> figure_values(const design::Machine& machine, const Law& law,
-                                       const StepResponses& steps, double reference_step, double share) {
-  const auto f = design::figures_of(machine, law.linear, share);
+std::vector<FigureValue> figure_values(const design::LoopFigures& f, const design::Machine& machine,
+                                       const Law& law, const StepResponses& steps, double reference_step) {
   std::vector<FigureValue> values;
   for (const auto& peak : f.peaks) {
     const bool is_known = peak.transfer != design::Transfer::beyond_band || peak.value > 0.0;
@@ -125,6 +123,11 @@ std::string place_unit(const std::string& velocity) {
 std::string_view figure_name(std::size_t index) { return kFigureNames[index]; }
 
 std::size_t figure_count() { return kFigureNames.size(); }
+
+std::size_t figure_index(std::string_view name) {
+  return static_cast<std::size_t>(std::find(kFigureNames.begin(), kFigureNames.end(), name) -
+                                  kFigureNames.begin());
+}
 
 double severity_of(std::size_t index, double value) {
   const std::string_view name = figure_name(index);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <resonid/design/detail/loop_figures.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,11 +17,11 @@ struct FigureValue {
   std::optional<double> frequency_hz = {};
 };
 
-/// Every figure of docs/methods/tune.md 2.1, from a share of the lines that are looked at first, in the order
-/// of figure_name(): maxima over frequency in that of design::kTransfers first.
-[[nodiscard]] std::vector<FigureValue> figure_values(const design::Machine& machine, const Law& law,
-                                                     const StepResponses& steps, double reference_step,
-                                                     double share);
+/// Every figure of docs/methods/tune.md 2.1 in the order of figure_name(): maxima over frequency in that of
+/// design::kTransfers first. `figures`: those of the machine's velocity loop.
+[[nodiscard]] std::vector<FigureValue> figure_values(const design::LoopFigures& figures,
+                                                     const design::Machine& machine, const Law& law,
+                                                     const StepResponses& steps, double reference_step);
 
 /// "rad/s" -> "rad"
 [[nodiscard]] std::string place_unit(const std::string& velocity);
@@ -28,6 +29,7 @@ struct FigureValue {
 /// "sensitivity_peak", "phase_margin_deg" ...
 [[nodiscard]] std::string_view figure_name(std::size_t index);
 [[nodiscard]] std::size_t figure_count();
+[[nodiscard]] std::size_t figure_index(std::string_view name);
 /// Larger where a figure is worse: its value; of a margin, crossover or bandwidth the opposite; of a phase
 /// margin, which is the nearest on either side, that of its size.
 [[nodiscard]] double severity_of(std::size_t index, double value);

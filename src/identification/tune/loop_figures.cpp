@@ -11,6 +11,7 @@
 
 #include "design/figures.hpp"
 #include "design/normal.hpp"
+#include "design/same_crossing.hpp"
 #include "identification/tune/figure_values.hpp"
 #include "identification/tune/worst_figures.hpp"
 #include "linalg/parallel.hpp"
@@ -24,6 +25,7 @@ constexpr double kShareOfLines = 0.3;  // of machines of the posterior: between 
 /// What one machine shows.
 struct OneMachine {
   std::vector<FigureValue> figures;
+  std::vector<design::Crossing> crossings;
   std::vector<std::complex<double>> loop;                ///< [frequency]
   std::vector<double> sensitivity, complementary, load;  ///< [frequency]
   StepResponses steps;
@@ -62,7 +64,7 @@ class Describer {
     const auto figures = design::figures_of(nominal_, found_.law.linear);
     controller_.stable = figures.stable;
     controller_.spectral_radius = figures.spectral_radius;
-    controller_.crossings = figures.crossings;
+    for (const auto& crossing : figures.crossings) controller_.crossings.push_back({crossing});
     controller_.modes = figures.modes;
     controller_.draws = found_.check.draws;
     controller_.exceeding = found_.check.exceeding;
@@ -72,6 +74,7 @@ class Describer {
     const OneMachine here = on(nominal_, 1.0);
     const auto drawn = draws();
     put_figures(here, drawn);
+    put_crossings(drawn);
     put_worst();
     if (task_.curves) put_curves(here, drawn);
     return std::move(controller_);
@@ -94,7 +97,9 @@ class Describer {
     OneMachine one;
     one.steps = step_responses(machine, found_.law, samples_);
     one.steps.whole = whole_;
-    one.figures = figure_values(machine, found_.law, one.steps, task_.reference_step, share);
+    auto figures = design::figures_of(machine, found_.law.linear, share);
+    one.figures = figure_values(figures, machine, found_.law, one.steps, task_.reference_step);
+    one.crossings = std::move(figures.crossings);
     if (!task_.curves) return one;
     for (const auto& v : design::LoopFunctions(machine.response(), found_.law.linear).at(lines_hz_)) {
       one.loop.push_back(v.loop);
@@ -132,13 +137,36 @@ class Describer {
       std::vector<double> all;
       for (const auto& one : drawn)
         if (one.figures[f].value) all.push_back(*one.figures[f].value);
-      std::sort(all.begin(), all.end());
-      if (all.size() > 1) {
-        figure.low = ordered_quantile(all, kLow);
-        figure.high = ordered_quantile(all, kHigh);
-      }
+      put_interval(std::move(all), figure.low, figure.high);
       controller_.figures.push_back(std::move(figure));
     }
+  }
+
+  static void put_interval(std::vector<double> all, std::optional<double>& low, std::optional<double>& high) {
+    if (all.size() < 2) return;
+    std::sort(all.begin(), all.end());
+    low = ordered_quantile(all, kLow);
+    high = ordered_quantile(all, kHigh);
+  }
+
+  void put_crossings(const std::vector<OneMachine>& drawn) {
+    for (auto& crossing : controller_.crossings) {
+      std::vector<double> at_hz, margins_deg;
+      for (const auto& one : drawn) {
+        const auto* same = design::same_crossing(one.crossings, controller_.crossings, crossing);
+        if (same == nullptr) continue;
+        at_hz.push_back(same->frequency_hz);
+        margins_deg.push_back(margin_beside(crossing, *same));
+      }
+      put_interval(std::move(at_hz), crossing.frequency_low_hz, crossing.frequency_high_hz);
+      put_interval(std::move(margins_deg), crossing.phase_margin_low_deg, crossing.phase_margin_high_deg);
+    }
+  }
+
+  /// Of the same crossing of another machine, on the turn of this one's.
+  static double margin_beside(const design::Crossing& crossing, const design::Crossing& same) {
+    return crossing.phase_margin_deg +
+           std::remainder(same.phase_margin_deg - crossing.phase_margin_deg, 360.0);
   }
 
   /// Figures that are bounded: where they end over the ellipsoid, and how often they exceed.
@@ -180,12 +208,13 @@ class Describer {
 
   /// Over the same ellipsoids, what is no maximum over frequency.
   void put_worst_of_rest() {
-    std::vector<std::optional<double>> severity(figure_count(), -std::numeric_limits<double>::infinity());
+    std::vector<std::optional<double>> severity(figure_count() + controller_.crossings.size(),
+                                                -std::numeric_limits<double>::infinity());
     for (const auto& posterior : task_.robust.posteriors) {
       const auto here = worst_figures(posterior, found_.radius, [this](const design::Machine& machine) {
-        return figures_of_stable(machine);
+        return severities_of_stable(machine);
       });
-      for (std::size_t f = 0; f < figure_count(); ++f) {
+      for (std::size_t f = 0; f < severity.size(); ++f) {
         const bool known = severity[f] && f < here.size() && here[f];
         severity[f] = known ? std::optional(std::max(*severity[f], *here[f])) : std::nullopt;
       }
@@ -195,14 +224,33 @@ class Describer {
         if (figure.name == figure_name(f) && severity[f])
           figure.worst =
               value_of_severity(f, std::max(*severity[f], severity_of(f, figure.value)), figure.value);
+    const std::size_t phase = figure_index("phase_margin_deg");
+    for (std::size_t i = 0; i < controller_.crossings.size(); ++i) {
+      auto& crossing = controller_.crossings[i];
+      const double margin = crossing.phase_margin_deg;
+      if (const auto& worst = severity[figure_count() + i])
+        crossing.phase_margin_worst_deg =
+            value_of_severity(phase, std::max(*worst, severity_of(phase, margin)), margin);
+    }
   }
 
-  [[nodiscard]] std::optional<std::vector<FigureValue>> figures_of_stable(
+  /// By severity_of(): every figure, then the phase margin of each crossing, where a machine crosses there.
+  [[nodiscard]] std::optional<std::vector<double>> severities_of_stable(
       const design::Machine& machine) const {
     if (!loop_of(machine, found_.law).is_stable()) return std::nullopt;
     auto steps = step_responses(machine, found_.law, samples_);
     steps.whole = whole_;
-    return figure_values(machine, found_.law, steps, task_.reference_step, kShareOfLines);
+    const auto figures = design::figures_of(machine, found_.law.linear, kShareOfLines);
+    const auto values = figure_values(figures, machine, found_.law, steps, task_.reference_step);
+    std::vector<double> severities;
+    for (std::size_t f = 0; f < values.size(); ++f)
+      severities.push_back(severity_of(f, values[f].value.value_or(absent_value(f))));
+    const std::size_t phase = figure_index("phase_margin_deg");
+    for (const auto& crossing : controller_.crossings) {
+      const auto* same = design::same_crossing(figures.crossings, controller_.crossings, crossing);
+      severities.push_back(severity_of(phase, same ? same->phase_margin_deg : absent_value(phase)));
+    }
+    return severities;
   }
 
   template <class Values>

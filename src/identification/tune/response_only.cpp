@@ -137,7 +137,10 @@ void put_figures(const data::FrequencyResponse& plant, const Units& units, Tuned
 void put_margins(const data::FrequencyResponse& plant, std::span<const double> radii,
                  TunedController& controller) {
   const auto margins = LineFigures(plant, controller.feedback).margins(radii);
-  controller.crossings = margins.crossings;
+  for (std::size_t i = 0; i < margins.crossings.size(); ++i) {
+    controller.crossings.push_back({margins.crossings[i]});
+    controller.crossings.back().phase_margin_worst_deg = margins.worst_deg[i];
+  }
   const auto put = [&](const char* name, const char* unit, const std::optional<design::LineMargin>& margin) {
     if (!margin) return;
     LoopFigure figure;

@@ -17,8 +17,8 @@ constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 class WorstFigures {
  public:
-  WorstFigures(const design::Posterior& posterior, double radius, const FiguresOf& figures_of)
-      : posterior_(posterior), radius_(radius), figures_of_(figures_of) {}
+  WorstFigures(const design::Posterior& posterior, double radius, const SeveritiesOf& severities_of)
+      : posterior_(posterior), radius_(radius), severities_of_(severities_of) {}
 
   std::vector<std::optional<double>> run() {
     const std::vector<Eigen::VectorXd> centre = {Eigen::VectorXd::Zero(posterior_.dimension())};
@@ -86,18 +86,19 @@ class WorstFigures {
     return places;
   }
 
-  /// A column of figures, by severity_of(), at each point; those inside the ellipsoid count.
+  /// A column of severities at each point; those inside the ellipsoid count.
   std::vector<Eigen::VectorXd> values_at(const std::vector<Eigen::VectorXd>& points) {
-    std::vector<std::optional<std::vector<FigureValue>>> found(points.size());
+    std::vector<std::optional<std::vector<double>>> found(points.size());
     linalg::for_each_index(points.size(), 0, [&](std::size_t i) {
-      found[i] = figures_of_(design::Machine(posterior_.at(points[i]), posterior_.known_to_hz()));
+      found[i] = severities_of_(design::Machine(posterior_.at(points[i]), posterior_.known_to_hz()));
     });
     std::vector<Eigen::VectorXd> columns;
     for (std::size_t i = 0; i < points.size(); ++i) {
       constexpr double kRounding = 1.0 + 1e-9;
       const bool inside = points[i].norm() <= kRounding * radius_;
       if (found[i]) {
-        columns.push_back(column_of(*found[i]));
+        columns.emplace_back(
+            Eigen::Map<const Eigen::VectorXd>(found[i]->data(), static_cast<Eigen::Index>(found[i]->size())));
         if (inside) count(columns.back());
       } else {
         unstable_ = unstable_ || inside;
@@ -105,14 +106,6 @@ class WorstFigures {
       }
     }
     return columns;
-  }
-
-  [[nodiscard]] static Eigen::VectorXd column_of(const std::vector<FigureValue>& values) {
-    Eigen::VectorXd column(static_cast<Eigen::Index>(values.size()));
-    for (std::size_t f = 0; f < values.size(); ++f) {
-      column(static_cast<Eigen::Index>(f)) = severity_of(f, values[f].value.value_or(absent_value(f)));
-    }
-    return column;
   }
 
   /// What is once unknown stays so.
@@ -151,7 +144,7 @@ class WorstFigures {
 
   const design::Posterior& posterior_;
   double radius_;
-  const FiguresOf& figures_of_;
+  const SeveritiesOf& severities_of_;
   std::vector<double> worst_;  ///< [figure], by severity_of().
   bool unstable_ = false;
 };
@@ -159,20 +152,19 @@ class WorstFigures {
 }  // namespace
 
 std::vector<std::optional<double>> worst_figures(const design::Posterior& posterior, double radius,
-                                                 const FiguresOf& figures_of) {
-  return WorstFigures(posterior, radius, figures_of).run();
+                                                 const SeveritiesOf& severities_of) {
+  return WorstFigures(posterior, radius, severities_of).run();
 }
 
 double least_bandwidth_hz(const design::Posterior& posterior, double radius, const Law& law) {
-  std::size_t bandwidth = 0;
-  while (figure_name(bandwidth) != "load_bandwidth_hz") ++bandwidth;
+  const std::size_t bandwidth = figure_index("load_bandwidth_hz");
   const auto worst = worst_figures(
-      posterior, radius, [&](const design::Machine& machine) -> std::optional<std::vector<FigureValue>> {
+      posterior, radius, [&](const design::Machine& machine) -> std::optional<std::vector<double>> {
         const auto figures = design::figures_of(machine, law.linear, 0.3);
         if (!figures.stable) return std::nullopt;
-        std::vector<FigureValue> values(figure_count());
-        values[bandwidth].value = figures.load_bandwidth_hz.value_or(0.0);
-        return values;
+        std::vector<double> severities(figure_count(), kUnknown);
+        severities[bandwidth] = severity_of(bandwidth, figures.load_bandwidth_hz.value_or(0.0));
+        return severities;
       });
   if (bandwidth >= worst.size() || !worst[bandwidth]) return 0.0;
   return value_of_severity(bandwidth, *worst[bandwidth], 0.0);

@@ -10,15 +10,17 @@
 
 namespace resonid::identification {
 
-/// Every figure of one machine, in the order of figure_name(); nothing where its loop is unstable.
-using FiguresOf = std::function<std::optional<std::vector<FigureValue>>(const design::Machine&)>;
+/// How bad every figure of one machine is, by severity_of(), in the order of figure_name(), others behind
+/// them; NaN: not known. Nothing where its loop is unstable.
+using SeveritiesOf = std::function<std::optional<std::vector<double>>(const design::Machine&)>;
 
-/// How bad each figure is at the worst over an ellipsoid, by severity_of(), in the order of figure_name().
-/// Along the gradient at the nominal machine to the edge, and along that of the edge where the figure is not
-/// as foreseen; the worst of all machines that were looked at counts (docs/methods/tune.md 7.2). Absent: not
-/// known of every machine that was looked at; nothing at all where one of them is unstable.
+/// How bad each is at the worst over an ellipsoid. Maxima over frequency are not looked for: worst_case()
+/// does. Along the gradient at the nominal machine to the edge, and along that of the edge where the figure
+/// is not as foreseen; the worst of all machines that were looked at counts (docs/methods/tune.md 7.2).
+/// Absent: not known of every machine that was looked at; nothing at all where one of them is unstable.
 [[nodiscard]] std::vector<std::optional<double>> worst_figures(const design::Posterior& posterior,
-                                                               double radius, const FiguresOf& figures_of);
+                                                               double radius,
+                                                               const SeveritiesOf& severities_of);
 
 /// The least bandwidth of the load over an ellipsoid; 0 where a machine has none, or its loop is unstable.
 [[nodiscard]] double least_bandwidth_hz(const design::Posterior& posterior, double radius, const Law& law);

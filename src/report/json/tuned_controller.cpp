@@ -119,6 +119,19 @@ void describe_gains(Fields& f, TunedController& c) {
                  c.reference_numerator);
 }
 
+void describe_crossing(Fields& f, identification::TunedCrossing& x) {
+  f({"frequency_hz", "where", "Hz", positive}, x.frequency_hz);
+  f({"frequency_low_hz", "lower end of the central 95 % over the machines that cross there", "Hz", positive},
+    x.frequency_low_hz);
+  f({"frequency_high_hz", "upper end of it", "Hz", positive}, x.frequency_high_hz);
+  f({"phase_margin_deg", "180 deg + arg L there", "deg"}, x.phase_margin_deg);
+  f({"phase_margin_low_deg", "lower end of its central 95 % over them", "deg"}, x.phase_margin_low_deg);
+  f({"phase_margin_high_deg", "upper end of it", "deg"}, x.phase_margin_high_deg);
+  f({"phase_margin_worst_deg", "of the worst machine of the ellipsoid that was designed for", "deg"},
+    x.phase_margin_worst_deg);
+  f({"falling", "|L| falls with the frequency"}, x.falling);
+}
+
 void describe_posterior(Fields& f, TunedController& c) {
   f.object({"posterior", "what machines that may be say of the bounds"}, c.draws > 0, [&] {
     f({"draws", "machines that were looked at"}, c.draws);
@@ -156,11 +169,7 @@ void describe(Fields& f, TunedController& c) {
       {"figures", "what the loop does"}, true, c.figures, [&](LoopFigure& figure) { describe(f, figure); },
       Presence::required);
   f.list({"crossings", "all frequencies with |L| = 1"}, !c.crossings.empty(), c.crossings,
-         [&](design::Crossing& x) {
-           f({"frequency_hz", "where", "Hz", positive}, x.frequency_hz);
-           f({"phase_margin_deg", "180 deg + arg L there", "deg"}, x.phase_margin_deg);
-           f({"falling", "|L| falls with the frequency"}, x.falling);
-         });
+         [&](identification::TunedCrossing& x) { describe_crossing(f, x); });
   f.list({"modes", "oscillating modes of the closed loop"}, !c.modes.empty(), c.modes,
          [&](design::ClosedLoopMode& m) {
            f({"frequency_hz", "undamped", "Hz", positive}, m.frequency_hz);

@@ -8,6 +8,7 @@
 #include <resonid/base/constants.hpp>
 
 #include "design/figures.hpp"
+#include "design/same_crossing.hpp"
 #include "golden_posteriors.hpp"
 
 namespace resonid::design {
@@ -38,6 +39,7 @@ TEST(LineMargins, AreThoseOfAnIntegrator) {
   // A circle of a tenth around L takes its angle by asin(0.1) at most, by acos(1 - 0.1^2/2) at the crossing.
   EXPECT_GE(m.phase_deg->worst, 90.0 - 5.7392);
   EXPECT_LE(m.phase_deg->worst, 90.0 - 5.7319);
+  EXPECT_EQ(m.worst_deg, std::vector<double>{m.phase_deg->worst});
   EXPECT_NEAR(m.delay_s->value, 0.25 / 5.0, 1e-9);
   EXPECT_LT(m.delay_s->worst, m.delay_s->value * 85.0 / 90.0);
   EXPECT_FALSE(m.gain_db);
@@ -68,6 +70,32 @@ TEST(LineMargins, AreNoneWhereADiskReachesMinusOne) {
   ASSERT_TRUE(m.gain_db);
   EXPECT_GT(m.gain_db->value, 0.0);
   EXPECT_NEAR(m.gain_db->worst, 0.0, 1e-12);
+}
+
+/// A pair of crossings beside a resonance may be there on one machine and not on another.
+TEST(SameCrossing, IsTheNearestOfItsDirectionEitherWay) {
+  const std::vector<Crossing> here = {{5.0, 60.0, true}, {12.0, -170.0, false}, {20.0, 45.0, true}};
+  const std::vector<Crossing> moved = {{6.0, 55.0, true}, {13.0, -165.0, false}, {18.0, 50.0, true}};
+  for (std::size_t i = 0; i < here.size(); ++i) EXPECT_EQ(same_crossing(moved, here, here[i]), &moved[i]);
+  const std::vector<Crossing> lost = {{6.0, 55.0, true}};
+  EXPECT_EQ(same_crossing(lost, here, here[0]), &lost[0]);
+  EXPECT_EQ(same_crossing(lost, here, here[1]), nullptr);
+  EXPECT_EQ(same_crossing(lost, here, here[2]), nullptr);
+  EXPECT_EQ(same_crossing(std::vector<Crossing>(), here, here[0]), nullptr);
+}
+
+/// A line further up may be -1 within its disk, which is the least margin: at the crossing, a line below it
+/// that does not reach 1, the phase margin of 90 deg loses what the disk of 0.01 takes, 0.57 deg.
+TEST(LineMargins, TellTheWorstOfEachCrossing) {
+  const std::vector<double> f = {1.0, 2.0, 3.0, 4.0};
+  const std::vector<std::complex<double>> loop = {{0.0, -4.0}, {0.0, -0.5}, {-0.95, -0.1}, {0.0, -0.2}};
+  const auto m = line_margins(f, loop, std::vector<double>{0.01, 0.01, 0.2, 0.01});
+  ASSERT_EQ(m.crossings.size(), 1U);
+  ASSERT_EQ(m.worst_deg.size(), 1U);
+  EXPECT_NEAR(m.crossings.front().phase_margin_deg, 90.0, 1e-9);
+  EXPECT_NEAR(m.worst_deg.front(), 90.0 - 0.573, 1e-3);
+  ASSERT_TRUE(m.phase_deg);
+  EXPECT_EQ(m.phase_deg->worst, 0.0);
 }
 
 /// As of a controller that is zero at a line: it crosses on either side of it.
@@ -102,11 +130,12 @@ TEST(LineMargins, AgreeWithThoseOfTheMachine) {
     EXPECT_NEAR(lines.crossings[i].frequency_hz, exact.crossings[i].frequency_hz, 0.1);
     EXPECT_NEAR(lines.crossings[i].phase_margin_deg, exact.crossings[i].phase_margin_deg, 2.0);
     EXPECT_EQ(lines.crossings[i].falling, exact.crossings[i].falling);
+    EXPECT_NEAR(lines.worst_deg.at(i), lines.crossings[i].phase_margin_deg, 1e-4);  // nothing is uncertain
   }
   ASSERT_TRUE(lines.gain_db && exact.gain_margin_db && lines.delay_s && exact.delay_margin_s);
   EXPECT_NEAR(lines.gain_db->value, *exact.gain_margin_db, 0.3);
   EXPECT_NEAR(lines.delay_s->value, *exact.delay_margin_s, 0.05 * *exact.delay_margin_s);
-  EXPECT_NEAR(lines.gain_db->worst, lines.gain_db->value, 0.05);  // nothing is uncertain
+  EXPECT_NEAR(lines.gain_db->worst, lines.gain_db->value, 0.05);
 }
 
 }  // namespace

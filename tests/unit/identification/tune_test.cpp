@@ -447,6 +447,12 @@ TEST(Tune, TellsMarginsByAResponse) {
     EXPECT_LT(*figure->worst, figure->value) << name;
     EXPECT_GT(*figure->worst, 0.0) << name;
   }
+  for (const auto& crossing : c.crossings) {
+    ASSERT_TRUE(crossing.phase_margin_worst_deg);
+    EXPECT_LT(std::abs(*crossing.phase_margin_worst_deg), std::abs(crossing.phase_margin_deg));
+    EXPECT_GE(std::abs(*crossing.phase_margin_worst_deg), std::abs(*c.figure("phase_margin_deg")->worst));
+    EXPECT_FALSE(crossing.phase_margin_low_deg);
+  }
   ASSERT_TRUE(by_lines->running);
   EXPECT_FALSE(by_lines->running->crossings.empty());
 }
@@ -712,6 +718,54 @@ TEST(Tune, KnowsTheWorstOfEveryFigureOverItsEllipsoid) {
   }
   // The first sample's, whatever the machine.
   EXPECT_NEAR(*c.figure("reference_peak_torque")->worst, value_of(c, "reference_peak_torque"), 1e-9);
+}
+
+/// Three crossings, of which the last has the least margin on every machine. Machines of the ellipsoid's
+/// skin, drawn here, are not worse than what stands as the worst.
+TEST(Tune, TellsEveryCrossingWithItsSpread) {
+  auto o = few_draws();
+  o.evaluate = pi(4.0, 0.3);
+  const auto tuning = tune(identified(), o);
+  ASSERT_TRUE(tuning) << message_of(tuning.error());
+  const auto& c = tuning->proposed();
+  ASSERT_TRUE(c.stable);
+  ASSERT_EQ(c.crossings.size(), 3U);
+  for (const auto& x : c.crossings) {
+    EXPECT_EQ(x.falling, &x != &c.crossings[1]);
+    ASSERT_TRUE(x.frequency_low_hz && x.frequency_high_hz) << x.frequency_hz;
+    EXPECT_LT(*x.frequency_low_hz, x.frequency_hz);
+    EXPECT_GT(*x.frequency_high_hz, x.frequency_hz);
+    ASSERT_TRUE(x.phase_margin_low_deg && x.phase_margin_high_deg && x.phase_margin_worst_deg);
+    EXPECT_LT(*x.phase_margin_low_deg, x.phase_margin_deg);
+    EXPECT_GT(*x.phase_margin_high_deg, x.phase_margin_deg);
+    EXPECT_LT(std::abs(*x.phase_margin_worst_deg), std::abs(x.phase_margin_deg));
+    EXPECT_EQ(*x.phase_margin_worst_deg < 0.0, x.phase_margin_deg < 0.0);
+  }
+  const auto *first = c.figure("crossover_hz"), *least = c.figure("phase_margin_deg");
+  ASSERT_TRUE(first && first->low && least && least->high && least->worst);
+  EXPECT_NEAR(*c.crossings[0].frequency_low_hz, *first->low, 1e-9);
+  EXPECT_NEAR(*c.crossings[0].frequency_high_hz, *first->high, 1e-9);
+  EXPECT_NEAR(*c.crossings[2].phase_margin_high_deg, *least->high, 1e-9);
+  EXPECT_NEAR(*c.crossings[2].phase_margin_worst_deg, *least->worst, 1e-9);
+  const design::Posterior posterior(tuning->machines.front(), tuning->delay_std_s);
+  const design::LinearController linear(c.feedback);
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal;
+  std::vector<double> seen(3, 180.0);
+  for (int i = 0; i < 300; ++i) {
+    Eigen::VectorXd u(posterior.dimension());
+    for (auto& x : u) x = normal(random);
+    u *= c.radius / u.norm();
+    const auto f = figures_of(design::Machine(posterior.at(u)), linear, 0.5);
+    ASSERT_EQ(f.crossings.size(), 3U);
+    for (std::size_t k = 0; k < 3; ++k)
+      seen[k] = std::min(seen[k], std::abs(f.crossings[k].phase_margin_deg));
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double from = std::abs(c.crossings[k].phase_margin_deg);
+    const double to = std::abs(*c.crossings[k].phase_margin_worst_deg);
+    EXPECT_GE(from - to, 0.95 * (from - seen[k]) - 1e-3 * from) << k;
+  }
 }
 
 /// Lines that end on the flank of the resonance do not show what |S| is at it.

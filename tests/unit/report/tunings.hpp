@@ -243,7 +243,7 @@ inline identification::Tuning tuning() {
   best.radius = 1.92;
   best.limits = {"sensitivity_peak", "load_peak"};
   best.within = true;
-  best.crossings = {{5.1, 63.2, true}};
+  best.crossings = {{{5.1, 63.2, true}, 5.0, 5.2, 60.8, 65.6, 60.1}};
   best.modes = {{5.2, 0.71}, {16.3, 0.37}};
   auto plain = tuned_controller("pi", "PI", {1.91, 18.0, {}}, 0.5);
   plain.exceeding = 437;

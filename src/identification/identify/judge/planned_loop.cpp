@@ -12,6 +12,7 @@
 #include "design/closed_loop.hpp"
 #include "design/ends_of_lines.hpp"
 #include "design/response_disks.hpp"
+#include "design/same_crossing.hpp"
 
 namespace resonid::identification::detail {
 namespace {
@@ -54,17 +55,6 @@ void read_from_known_lines(LoopResult& loop) {
     loop.gain_margin_std_db = gain_margin_std_db(loop.curve, *loop.margins.gain_margin_hz);
 }
 
-/// The crossing of a loop that differs little which is the same as one of this loop.
-const LoopCrossing* same_crossing(const std::vector<LoopCrossing>& others, const LoopCrossing& as) {
-  const LoopCrossing* nearest = nullptr;
-  const auto away = [&](const LoopCrossing& c) {
-    return std::abs(std::log(c.frequency_hz / as.frequency_hz));
-  };
-  for (const auto& other : others)
-    if (other.falling == as.falling && (nearest == nullptr || away(other) < away(*nearest))) nearest = &other;
-  return nearest;
-}
-
 /// The errors of a model's crossings by its covariance, to first order; `loop_with`: the loop of another
 /// model.
 template <class Model, class LoopWith>
@@ -73,7 +63,7 @@ void take_model_errors(const Model& model, const LoopWith& loop_with, LoopResult
     crossing.phase_margin_std_deg = model.standard_deviation_of([&](const Model& moved) {
       const auto other = loop_with(moved);
       const auto crossings = other ? crossings_of(other->curve) : std::vector<LoopCrossing>();
-      const auto* same = same_crossing(crossings, crossing);
+      const auto* same = design::same_crossing(crossings, loop.crossings, crossing);
       return same ? std::remainder(same->phase_margin_deg - crossing.phase_margin_deg, 360.0) : 0.0;
     });
 }
