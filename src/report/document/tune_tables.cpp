@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <resonid/report/detail/tune.hpp>
+#include <sstream>
 
 #include "report/document/tune_words.hpp"
 #include "report/document/words.hpp"
@@ -15,6 +16,8 @@ namespace {
 using identification::LoopFigure;
 using identification::TunedController;
 using identification::Tuning;
+
+constexpr const char* kAt = "at, Hz";
 
 std::string optional_cell(const ShownUnit& unit, const std::optional<double>& value) {
   return value && std::isfinite(*value) ? unit.number(*value) : "";
@@ -39,6 +42,24 @@ std::string percent_cell(const std::optional<double>& share) {
   return *share > 0.0 && *share < 1e-4 ? "0.01" : text.substr(0, text.find(" %"));
 }
 
+/// A cell in lines of at most `width` columns, from the second on indented.
+std::vector<std::string> broken(const std::string& cell, std::size_t width) {
+  std::istringstream text(wrapped(cell, "", "  ", width));
+  std::vector<std::string> lines(1);
+  std::getline(text, lines.front());
+  for (std::string line; std::getline(text, line);) lines.push_back(line);
+  return lines;
+}
+
+/// What is left for the first column where lines of such columns would be too long for a terminal.
+std::size_t first_width(const std::vector<std::size_t>& width) {
+  constexpr std::size_t kLeast = 24;
+  std::size_t all = 0;
+  for (const std::size_t w : width) all += w == 0 ? 0 : 2 + w;
+  const std::size_t beyond = all > kTerminalColumns ? all - kTerminalColumns : 0;
+  return std::min(width.front(), std::max(kLeast + beyond, width.front()) - beyond);
+}
+
 /// Rows of texts under their columns' names, the first column to the left; columns without a cell are left
 /// out.
 std::string table_text(const Table& table) {
@@ -48,14 +69,16 @@ std::string table_text(const Table& table) {
     for (const auto& row : table.rows) widest = std::max(widest, columns_of(row[k]));
     width.push_back(widest == 0 ? 0 : std::max(widest, columns_of(table.columns[k])));
   }
+  width.front() = first_width(width);
   const auto line = [&](const std::vector<std::string>& cells) {
-    std::string text = " ";
-    for (std::size_t k = 0; k < cells.size(); ++k) {
-      if (width[k] == 0) continue;
-      const std::string pad(width[k] - columns_of(cells[k]), ' ');
-      text += k == 0 ? " " + cells[k] + pad : "  " + pad + cells[k];
-    }
-    return text.substr(0, text.find_last_not_of(' ') + 1) + "\n";
+    const auto first = broken(cells.front(), width.front());
+    const std::size_t long_word = std::max(width.front(), columns_of(first.front()));
+    std::string text = "  " + first.front() + std::string(long_word - columns_of(first.front()), ' ');
+    for (std::size_t k = 1; k < cells.size(); ++k)
+      if (width[k] > 0) text += "  " + std::string(width[k] - columns_of(cells[k]), ' ') + cells[k];
+    text = text.substr(0, text.find_last_not_of(' ') + 1) + "\n";
+    for (std::size_t i = 1; i < first.size(); ++i) text += "  " + first[i] + "\n";
+    return text;
   };
   std::string text = "\n" + wrapped(table.title, "", "  ") + "\n" + line(table.columns);
   for (const auto& row : table.rows) text += line(row);
@@ -122,13 +145,40 @@ Table candidate_table(const Tuning& t) {
 }
 
 Table figure_table(const TunedController& c) {
-  Table table{"", {"figure", "value", "95 % from", "95 % to", "worst", "bound", "exceeded, %"}, {}};
+  Table table{"", {"figure", "value", kAt, "95 % from", "95 % to", "worst", "bound", "exceeded, %"}, {}};
   for (const auto& figure : c.figures) {
     const auto unit = shown_unit(figure);
     table.rows.push_back({with_unit_of(c, figure), is_worst_alone(figure) ? "" : unit.number(figure.value),
+                          figure.frequency_hz ? three_digits(*figure.frequency_hz) : "",
                           optional_cell(unit, figure.low), optional_cell(unit, figure.high),
                           optional_cell(unit, figure.worst), optional_cell(unit, figure.bound),
                           percent_cell(figure.probability)});
+  }
+  const bool has_frequencies = std::ranges::any_of(
+      c.figures, [](const LoopFigure& figure) { return figure.frequency_hz.has_value(); });
+  return has_frequencies ? table : without(std::move(table), kAt);
+}
+
+Table crossing_table(const TunedController& c) {
+  const std::string low = "95 % from", high = "95 % to";
+  Table table{"Crossings of |L| = 1",
+              {kAt, low, high, "|L|", "phase margin, deg", low, high, "worst", "delay margin, ms"},
+              {}};
+  const auto hertz = [](const std::optional<double>& f) { return f ? three_digits(*f) : ""; };
+  const auto degrees = [](const std::optional<double>& m) { return m ? fmt::format("{:.1f}", *m) : ""; };
+  for (const auto& x : c.crossings) {
+    const double turn = x.phase_margin_deg > 0.0 ? x.phase_margin_deg : x.phase_margin_deg + 360.0;
+    table.rows.push_back({hertz(x.frequency_hz), hertz(x.frequency_low_hz), hertz(x.frequency_high_hz),
+                          x.falling ? "falls" : "rises", degrees(x.phase_margin_deg),
+                          degrees(x.phase_margin_low_deg), degrees(x.phase_margin_high_deg),
+                          degrees(x.phase_margin_worst_deg),
+                          three_digits(1e3 * turn / 360.0 / x.frequency_hz)});
+  }
+  for (std::size_t k = table.columns.size(); k-- > 0;) {
+    const auto at = static_cast<std::ptrdiff_t>(k);
+    if (std::ranges::any_of(table.rows, [&](const auto& row) { return !row[k].empty(); })) continue;
+    table.columns.erase(table.columns.begin() + at);
+    for (auto& row : table.rows) row.erase(row.begin() + at);
   }
   return table;
 }
@@ -169,6 +219,7 @@ std::string summary_text(const Tuning& t) {
   figures.title = fmt::format("{}: figures of {}", c.name, machine_words(t));
   if (is_for_several(t)) figures.title += fmt::format(", worst of all {}", t.machines.size());
   if (c.stable) text += table_text(figures);  // those of an unstable loop mean nothing
+  if (c.stable && c.crossings.size() > 1) text += table_text(crossing_table(c));
   if (t.check) text += table_text(check_table(*t.check));
   const auto all = candidate_table(t);
   if (all.rows.size() > 1) {

@@ -127,6 +127,8 @@ struct ComparedController {
 /// Their gains and figures, and all figures of the first with interval, worst case, bound and probability.
 [[nodiscard]] Table candidate_table(const identification::Tuning& tuning);
 [[nodiscard]] Table figure_table(const identification::TunedController& controller);
+/// Every frequency with |L| = 1: the least margin need not be that of the first.
+[[nodiscard]] Table crossing_table(const identification::TunedController& controller);
 [[nodiscard]] Table schedule_table(const identification::Tuning& tuning);
 [[nodiscard]] Table shaper_table(const identification::Tuning& tuning);
 

@@ -72,14 +72,14 @@ std::size_t end_of_word(std::string_view text, std::size_t start) {
 
 }  // namespace
 
-std::string wrapped(const std::string& text, const std::string& first, const std::string& indent) {
-  constexpr std::size_t kWidth = 100;
+std::string wrapped(const std::string& text, const std::string& first, const std::string& indent,
+                    std::size_t columns) {
   std::string out = first;
   std::size_t column = columns_of(first), start = 0;
   while (start < text.size()) {
     const std::size_t end = end_of_word(text, start);
     const std::size_t length = columns_of(std::string_view(text).substr(start, end - start));
-    if (start > 0 && column + 1 + length > kWidth) {
+    if (start > 0 && column + 1 + length > columns) {
       out += "\n" + indent;
       column = columns_of(indent);
     } else if (start > 0) {

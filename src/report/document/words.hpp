@@ -24,10 +24,13 @@ namespace resonid::report {
 /// is "resonance 2".
 [[nodiscard]] std::string quantity_words(std::string name, std::string_view unit = {});
 
-/// Text broken at spaces so that no line is longer than 100 characters; `first` stands before the first line,
+/// The longest line for a terminal.
+inline constexpr std::size_t kTerminalColumns = 100;
+
+/// Text broken at spaces so that no line is longer; `first` stands before the first line,
 /// `indent` before the others.
 [[nodiscard]] std::string wrapped(const std::string& text, const std::string& first,
-                                  const std::string& indent);
+                                  const std::string& indent, std::size_t columns = kTerminalColumns);
 
 /// What the reader assumed and converted, in lines for a terminal; empty for nothing.
 [[nodiscard]] std::string reading_text(const std::vector<std::string>& reading);

@@ -121,19 +121,6 @@ Badge tune_badge(const Tuning& t) {
   return b;
 }
 
-/// Every frequency with |L| = 1: the least margin need not be that of the first.
-Table crossing_table(const TunedController& c) {
-  Table table{"Crossings of |L| = 1", {"Hz", "|L|", "phase margin, deg", "delay margin, ms"}, {}};
-  for (const auto& crossing : c.crossings) {
-    const double turn =
-        crossing.phase_margin_deg > 0.0 ? crossing.phase_margin_deg : crossing.phase_margin_deg + 360.0;
-    table.rows.push_back({three_digits(crossing.frequency_hz), crossing.falling ? "falls" : "rises",
-                          fmt::format("{:.1f}", crossing.phase_margin_deg),
-                          three_digits(1e3 * turn / 360.0 / crossing.frequency_hz)});
-  }
-  return table;
-}
-
 Section figures_section_of(const Tuning& t) {
   Section s;
   s.title = "What the loop does";

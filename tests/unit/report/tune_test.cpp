@@ -53,6 +53,29 @@ Table figure_table_of(const Document& d) {
   return {};
 }
 
+Tuning several_crossings() {
+  auto t = test::tuning();
+  t.candidates.front().crossings = {{{7.18, 75.6, true}, 7.13, 7.21, 74.1, 77.0, 73.9},
+                                    {{12.6, -166.4, false}, 12.2, 13.1, -171.0, -162.0, -161.5},
+                                    {{25.2, 49.8, true}, 24.8, 25.6, 41.6, 58.1, 41.2}};
+  return t;
+}
+
+/// The lines of that table but its head, each with single spaces.
+std::vector<std::string> crossing_rows(const std::string& text) {
+  std::istringstream lines(text.substr(text.find("\nCrossings of |L| = 1\n") + 1));
+  std::vector<std::string> rows;
+  std::string line, word;
+  for (int skipped = 0; std::getline(lines, line) && !line.empty(); ++skipped) {
+    if (skipped < 2) continue;
+    std::istringstream words(line);
+    std::string row;
+    while (words >> word) row += (row.empty() ? "" : " ") + word;
+    rows.push_back(row);
+  }
+  return rows;
+}
+
 TEST(TuneJson, GivesBackWhatWasWritten) {
   for (const auto& t :
        {test::tuning(), test::full_tuning(), test::evaluation(), test::checked(), least_tuning()}) {
@@ -94,6 +117,8 @@ TEST(TuneJson, KeepsMachineAndController) {
   const auto& c = again->proposed();
   EXPECT_EQ(c.gains->biquads.at(0).denominator_damping, 0.6);
   EXPECT_EQ(c.feedback.numerator, t.proposed().feedback.numerator);
+  EXPECT_EQ(c.crossings.at(0).phase_margin_worst_deg, 60.1);
+  EXPECT_EQ(c.crossings[0].frequency_high_hz, 5.2);
   EXPECT_EQ(c.curves.loop, t.proposed().curves.loop);
   EXPECT_EQ(c.curves.ellipses.at(2).covariance, t.proposed().curves.ellipses[2].covariance);
   EXPECT_EQ(again->schedule->nodes.at(2).ki, 17.5);
@@ -551,8 +576,10 @@ TEST(TuneText, JudgesTheControllerThatWasGiven) {
 }
 
 TEST(TuneText, FitsTheTerminal) {
+  auto cascade = several_crossings();
+  cascade.candidates.front().position_gain = 12.5;
   for (const auto& t :
-       {test::tuning(), test::full_tuning(), test::evaluation(), test::checked(), least_tuning()}) {
+       {test::tuning(), test::full_tuning(), test::evaluation(), test::checked(), least_tuning(), cascade}) {
     std::istringstream lines(summary_text(t));
     std::string line;
     while (std::getline(lines, line)) EXPECT_LE(line.size(), 100U) << line;
@@ -562,6 +589,39 @@ TEST(TuneText, FitsTheTerminal) {
                            "PI + 1 biquad, nominal", "PI: a larger error of the load", "Gains over position",
                            "mzv", "\nTrusted.\n", "delay-unknown"})
     EXPECT_TRUE(holds(text, part)) << part << "\n" << text;
+}
+
+/// One alone is the least margin, which stands among the figures.
+TEST(TuneText, TellsCrossingsWhereThereAreSeveral) {
+  EXPECT_FALSE(holds(summary_text(test::tuning()), "Crossings of |L| = 1"));
+  auto t = several_crossings();
+  const auto text = summary_text(t);
+  EXPECT_TRUE(holds(text, "\nCrossings of |L| = 1\n")) << text;
+  // 75.6/360/7.18 s, (360 - 166.4)/360/12.6 s, 49.8/360/25.2 s.
+  EXPECT_EQ(crossing_rows(text), (std::vector<std::string>{
+                                     "7.18 7.13 7.21 falls 75.6 74.1 77.0 73.9 29.2",
+                                     "12.6 12.2 13.1 rises -166.4 -171.0 -162.0 -161.5 42.7",
+                                     "25.2 24.8 25.6 falls 49.8 41.6 58.1 41.2 5.49",
+                                 }))
+      << text;
+  t.candidates.front().stable = false;
+  EXPECT_FALSE(holds(summary_text(t), "Crossings of |L| = 1"));
+}
+
+TEST(TuneText, TellsWhereFiguresAreLargest) {
+  auto t = test::tuning();
+  for (auto& figure : t.candidates.front().figures)
+    if (figure.name == "load_peak") figure.frequency_hz = 7.654;
+  const auto table = figure_table_of(document(t));
+  EXPECT_EQ(table.columns.at(2), "at, Hz");
+  for (const auto& row : table.rows) {
+    if (row.front() == "largest |T_load|") EXPECT_EQ(row.at(2), "7.65");
+    if (row.front() == "gain margin, dB") EXPECT_EQ(row.at(2), "");
+  }
+  EXPECT_TRUE(holds(summary_text(t), "at, Hz"));
+  for (auto& figure : t.candidates.front().figures) figure.frequency_hz.reset();
+  EXPECT_EQ(figure_table_of(document(t)).columns.at(2), "95 % from");
+  EXPECT_FALSE(holds(summary_text(t), "at, Hz"));
 }
 
 TEST(TuneText, TellsWhatTheMachineShows) {
@@ -601,6 +661,27 @@ TEST(TuneText, TellsWhatTheMachineShows) {
   EXPECT_TRUE(holds(sentences(t).at(1), "is the one that was promised, within both error bars."));
   t.findings.push_back({"checked-machine", diagnostics::Severity::info, {}, {}, "That of b.json."});
   EXPECT_TRUE(sentences(t).at(1).ends_with(" That of b.json."));
+}
+
+TEST(TunePage, TellsCrossingsWithTheirSpread) {
+  const auto crossings_of = [](const Tuning& t) {
+    for (const auto& section : document(t).sections)
+      for (const auto& table : section.plain_tables)
+        if (table.title == "Crossings of |L| = 1") return table;
+    return Table{};
+  };
+  auto t = test::tuning();
+  const auto table = crossings_of(t);
+  EXPECT_EQ(table.columns,
+            (std::vector<std::string>{"at, Hz", "95 % from", "95 % to", "|L|", "phase margin, deg",
+                                      "95 % from", "95 % to", "worst", "delay margin, ms"}));
+  ASSERT_EQ(table.rows.size(), 1U);
+  EXPECT_EQ(table.rows[0], (std::vector<std::string>{"5.10", "5.00", "5.20", "falls", "63.2", "60.8", "65.6",
+                                                     "60.1", "34.4"}));
+  // By a response, and by results of before: what is not known has no column.
+  t.candidates.front().crossings = {{{5.1, 63.2, true}}};
+  EXPECT_EQ(crossings_of(t).columns,
+            (std::vector<std::string>{"at, Hz", "|L|", "phase margin, deg", "delay margin, ms"}));
 }
 
 TEST(TunePage, DrawsProposedBeforeRunningWithBandsAndBounds) {
@@ -653,7 +734,9 @@ TEST(TunePage, DrawsPositionLoopsAsSuch) {
       EXPECT_EQ(section.plain_tables[0].rows.back().at(4), "");
     }
   }
-  EXPECT_TRUE(holds(summary_text(t), "load step: peak of the measured position, rad "));
+  const auto text = summary_text(t);  // the terminal breaks it
+  EXPECT_TRUE(holds(text, "  load step: peak of the measured ")) << text;
+  EXPECT_TRUE(holds(text, "\n    position, rad\n")) << text;
   // A running position loop is drawn beside it; a linear axis is in m.
   t.running->position_gain = 5.0;
   t.units.velocity = "m/s";
@@ -739,7 +822,7 @@ TEST(TunePage, WordsADesignByAResponseAsOne) {
       std::ranges::find(table.rows, "largest |T_load|", [](const auto& row) { return row.front(); });
   ASSERT_NE(load, table.rows.end());
   EXPECT_EQ(load->at(1), "");
-  EXPECT_EQ(load->at(4), "1.25");
+  EXPECT_EQ(load->at(5), "1.25");
 }
 
 /// Of one that is given the lines may tell that its loop is unstable, or nothing.
