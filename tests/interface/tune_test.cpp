@@ -414,6 +414,25 @@ TEST_F(TuneVerb, JudgesAControllerThatIsGiven) {
   EXPECT_NE(done.out.find("NOT trusted"), std::string::npos) << done.out;
 }
 
+TEST_F(TuneVerb, TellsEveryCrossingOfALoopThatHasSeveral) {
+  const auto one = run("tune result.json --evaluate pi:0.9,0.3");
+  ASSERT_EQ(one.exit_code, 0) << one.error;
+  EXPECT_EQ(one.out.find("Crossings of |L| = 1"), std::string::npos) << one.out;
+  EXPECT_NE(one.out.find("at, Hz"), std::string::npos) << one.out;
+  const auto done = run("tune result.json --evaluate pi:4,0.3 --json tuning.json");
+  ASSERT_EQ(done.exit_code, 0) << done.error;
+  EXPECT_NE(done.out.find("Crossings of |L| = 1"), std::string::npos) << done.out;
+  const auto crossings = json::parse(text("tuning.json")).at("candidates").at(0).at("crossings");
+  ASSERT_EQ(crossings.size(), 3U);
+  for (const auto& crossing : crossings) {
+    EXPECT_LT(crossing.at("frequency_low_hz"), crossing.at("frequency_high_hz")) << crossing;
+    EXPECT_LT(crossing.at("phase_margin_low_deg"), crossing.at("phase_margin_high_deg")) << crossing;
+    EXPECT_LT(std::abs(crossing.at("phase_margin_worst_deg").get<double>()),
+              std::abs(crossing.at("phase_margin_deg").get<double>()))
+        << crossing;
+  }
+}
+
 TEST_F(TuneVerb, DesignsByTheResponseWhereThereIsNoModel) {
   ASSERT_EQ(run("identify run.csv --controller pi:1.036,0.147 --delay 0.004 --model none --json none.json -q")
                 .exit_code,
