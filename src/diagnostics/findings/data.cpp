@@ -161,7 +161,7 @@ constexpr FindingKind kLoop[] = {
      "The lines of the response do not tell whether the loop is stable with the planned controller.",
      "Without a drive model stability is read from L at the lines: it must be above 1 at the first, below "
      "the "
-     "first anti-resonance, at most 1/2 at the last (1/4 where it rises there, as below a resonance), and "
+     "first anti-resonance, at most 1/2 at the last (1/50 where that is below a resonance), and "
      "the "
      "lines dense where it passes -1. Margins are not known otherwise.",
      "Identify with a drive model, or excite the band around the planned crossover, and beyond the "
