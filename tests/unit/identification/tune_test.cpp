@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -1033,6 +1034,52 @@ TEST(Tune, JudgesAGivenController) {
   EXPECT_FALSE(wild->trusted);
   EXPECT_TRUE(std::any_of(wild->findings.begin(), wild->findings.end(),
                           [](const auto& f) { return f.id == "design-unstable"; }));
+}
+
+/// Loops that meet their bounds and are unstable (tests/unit/design/unstable_loops_test.cpp): no figure makes
+/// them trusted, and none is taken away.
+TEST(Tune, DoesNotTrustALoopThatMeetsItsMarginsAndIsUnstable) {
+  struct Trap {
+    std::array<double, 4> machine;  // J1, J2, K, D
+    design::FilteredPi controller;
+    double bound;
+  };
+  const std::array<double, 4> system_2 = {0.032, 0.032, 143.75, 0.3};
+  const std::vector<Trap> traps = {
+      {system_2, {50.0, 9000.0, {}}, 1.4},
+      {system_2, {2.0, 2253.0, {}}, 1.4},
+      {system_2, {15.6, 97.0, {}}, 2.0},
+      {{0.02133333333, 0.04266666667, 191.7685085, 0.4002125395}, {10.4, 143.0, {}}, 2.0},
+      {{0.01066666667, 0.05333333333, 239.7106356, 0.5002656744}, {4.8, 129.0, {}}, 2.0},
+      {{0.032, 0.16, 718.75, 1.5}, {6.8, 15.0, {{61.0, 1.7, 0.25}}}, 1.4}};
+  for (const Trap& trap : traps) {
+    SCOPED_TRACE(testing::Message() << trap.controller.kp << " " << trap.controller.ki);
+    auto result = identified(1e-3);
+    auto& m = result.model->drive;
+    m.parameters.driven_inertia = trap.machine[0];
+    m.parameters.load_inertia = trap.machine[1];
+    m.parameters.stiffness = trap.machine[2];
+    m.parameters.damping = trap.machine[3];
+    m.covariance.setZero();
+    for (const auto p : {fit::kDrivenInertia, fit::kLoadInertia, fit::kStiffness, fit::kDamping})
+      m.covariance(p, p) = std::pow(1e-3 * m.value(p), 2);
+    result.modes = m.modes();
+    result.response.value = m.values(result.response.frequency_hz);
+    auto o = few_draws();
+    o.largest_sensitivity = trap.bound;
+    o.delay_std_s = 1e-6;
+    o.evaluate = trap.controller.transfer_function(0.002);
+    const auto tuning = tune(result, o);
+    ASSERT_TRUE(tuning) << message_of(tuning.error());
+    const auto& c = tuning->proposed();
+    EXPECT_FALSE(c.stable);
+    EXPECT_FALSE(c.within);
+    EXPECT_FALSE(tuning->trusted);
+    EXPECT_TRUE(std::any_of(tuning->findings.begin(), tuning->findings.end(),
+                            [](const auto& f) { return f.id == "design-unstable"; }));
+    EXPECT_FALSE(exported(*tuning, ExportFormat::json, {}));
+    EXPECT_FALSE(exported(*tuning, ExportFormat::c, {}));
+  }
 }
 
 /// The bound of a cascade is that of its position, docs/methods/tune.md 8.1.
