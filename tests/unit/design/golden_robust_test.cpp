@@ -14,25 +14,27 @@ namespace {
 constexpr double kRadius = 3.32723609;
 
 /// Not below the golden one; above it is a better maximisation.
-void expect_worst(const WorstCase& found, double golden) {
-  EXPECT_GT(found.peak.value, golden * (1.0 - 5e-4));
+void expect_worst(const Posterior& posterior, const FilteredPi& controller, Transfer transfer, double radius,
+                  double golden, double below = 5e-4) {
+  const auto found = worst_case(posterior, controller, transfer, radius);
+  EXPECT_GT(found.peak.value, golden * (1.0 - below));
   EXPECT_LT(found.peak.value, golden * (1.0 + 5e-3));
 }
 
-/// The golden shares count maxima on lines, which come out up to 2e-3 below those between the lines: what is
-/// counted here to the last digit must not be less, and with that much room not more.
-void expect_probability(const Posterior& posterior, const FilteredPi& controller, double golden,
-                        std::size_t draws) {
-  const double p = std::max(golden, 1.0 / static_cast<double>(draws));
-  const double chance = 3.0 * std::sqrt(p * (1.0 - p) * 2.0 / static_cast<double>(draws));
-  const auto share = [&](double room) {
-    Bounds bounds = test::calm();
-    *bounds.sensitivity *= 1.0 + room;
-    *bounds.load_transfer *= 1.0 + room;
-    return monte_carlo(posterior, controller, bounds, draws, 2).probability();
-  };
-  EXPECT_GT(share(0.0), golden - chance);
-  EXPECT_LT(share(2e-3), golden + chance);
+/// At the golden gains. Golden shares count what is beyond a bound by more than 1e-3 of it, the tolerance of
+/// the golden active set (tests/golden/README.md): strict ones are up to 17 percentage points larger.
+MonteCarlo expect_probability(const Posterior& posterior, const FilteredPi& controller, Bounds bounds,
+                              double golden, double golden_draws, std::size_t draws,
+                              double deviations = 3.0) {
+  for (auto* bound : {&bounds.sensitivity, &bounds.load_transfer, &bounds.controller_sensitivity})
+    if (*bound) **bound *= 1.0 + 1e-3;
+  auto check = monte_carlo(posterior, controller, bounds, draws, 3);
+  const auto own = static_cast<double>(draws);
+  const double both = (golden * golden_draws + check.probability() * own) / (golden_draws + own);
+  const double deviation = std::sqrt(both * (1.0 - both) * (1.0 / golden_draws + 1.0 / own));
+  EXPECT_NEAR(check.probability(), golden, deviations * deviation);
+  EXPECT_EQ(check.unstable, 0U);
+  return check;
 }
 
 TEST(GoldenRobust, WorstCasesGainsAndProbabilities) {
@@ -41,27 +43,80 @@ TEST(GoldenRobust, WorstCasesGainsAndProbabilities) {
   for (const auto& c : golden.at("cases")) {
     SCOPED_TRACE(c.at("label").dump());
     const Posterior posterior = test::golden_posterior(c);
-    const FilteredPi nominal{c.at("nominal").at("kp"), c.at("nominal").at("ki"), {}};
-    expect_worst(worst_case(posterior, nominal, Transfer::sensitivity, kRadius),
-                 c.at("nominal").at("worst").at("sensitivity").at("max"));
-    expect_worst(worst_case(posterior, nominal, Transfer::load_transfer, kRadius),
-                 c.at("nominal").at("worst").at("load_transfer").at("max"));
-    expect_probability(posterior, nominal, c.at("nominal").at("monte_carlo").at("p_exceed"), 1000);
+    const auto& n = c.at("nominal");
+    const FilteredPi nominal{n.at("kp"), n.at("ki"), {}};
+    expect_worst(posterior, nominal, Transfer::sensitivity, kRadius,
+                 n.at("worst").at("sensitivity").at("max"));
+    expect_worst(posterior, nominal, Transfer::load_transfer, kRadius,
+                 n.at("worst").at("load_transfer").at("max"));
+    // All four of these golden shares, of 2000 draws, have about three deviations less of |S|, whatever room
+    // is left at the bound.
+    expect_probability(posterior, nominal, test::calm(), n.at("monte_carlo").at("p_exceed"),
+                       n.at("monte_carlo").at("draws"), 10'000, 4.0);
     for (const char* which : {"robust", "radius_2"}) {
       SCOPED_TRACE(which);
       const auto& g = c.at(which);
-      const auto found = robust_gains(posterior, {}, test::calm(), g.at("radius"));
+      const double radius = g.at("radius");
+      const FilteredPi given{g.at("kp"), g.at("ki"), {}};
+      expect_worst(posterior, given, Transfer::sensitivity, radius, g.at("worst").at("sensitivity"));
+      expect_worst(posterior, given, Transfer::load_transfer, radius, g.at("worst").at("load_transfer"));
+      const auto found = robust_gains(posterior, {}, test::calm(), radius);
       ASSERT_TRUE(found);
-      EXPECT_LT(std::abs(found->controller.ki / g.at("ki").get<double>() - 1.0), 0.01)
-          << found->controller.ki;
-      expect_probability(posterior, found->controller, g.at("monte_carlo").at("p_exceed"), 1000);
+      EXPECT_NEAR(found->controller.kp, given.kp, 0.01 * given.kp);
+      EXPECT_NEAR(found->controller.ki, given.ki, 0.01 * given.ki);
       // So many that their own scatter is a part of the tolerance.
-      const auto check = monte_carlo(posterior, found->controller, test::calm(), 40'000, 3);
-      EXPECT_EQ(check.unstable, 0U);
-      const auto q = g.at("monte_carlo").at("q95");
+      const auto& m = g.at("monte_carlo");
+      const auto check =
+          expect_probability(posterior, given, test::calm(), m.at("p_exceed"), m.at("draws"), 40'000);
+      const auto& q = m.at("q95");
       EXPECT_LT(std::abs(check.quantile_95[0] / q.at("sensitivity").get<double>() - 1.0), 3e-3);
       EXPECT_LT(std::abs(check.quantile_95[2] / q.at("load_transfer").get<double>() - 1.0), 3e-3);
     }
+  }
+}
+
+/// Golden gains and filters by what they are worth here; then the gains at those filters.
+TEST(GoldenRobust, GainsBesideABiquad) {
+  constexpr double kGoldenDraws = 4000.0;  // all shares are whole multiples of one of them
+  const auto golden = test::golden_json("e_tune_robust.json").at("with_biquad");
+  const Posterior posterior = test::golden_posterior(golden);
+  const Machine machine(posterior.nominal());
+  const Bounds bounds = test::golden_bounds(golden.at("bounds"));
+  const auto with = [](const nlohmann::json& g, const nlohmann::json& biquad) {
+    return FilteredPi{g.at("kp"), g.at("ki"), {{biquad.at(0), biquad.at(1), biquad.at(2)}}};
+  };
+  const auto expect_all_worst = [&](const FilteredPi& controller, double radius,
+                                    const nlohmann::json& worst) {
+    expect_worst(posterior, controller, Transfer::sensitivity, radius, worst.at("sensitivity"));
+    expect_worst(posterior, controller, Transfer::load_transfer, radius, worst.at("load_transfer"));
+    // At the Nyquist frequency |C S| has an edge at delays of whole samples, along which the golden maximum
+    // lies: a climb by gradients stops beside it.
+    expect_worst(posterior, controller, Transfer::controller_sensitivity, radius,
+                 worst.at("controller_sensitivity"), 1e-2);
+  };
+  expect_all_worst(with(golden.at("nominal"), golden.at("biquad")), kRadius,
+                   golden.at("nominal").at("worst"));
+  ASSERT_EQ(golden.at("robust").size(), 4U);
+  for (std::size_t i = 0; i < golden.at("robust").size(); ++i) {
+    SCOPED_TRACE(i);
+    const auto& g = golden.at("robust")[i];
+    const double radius = g.at("radius");
+    const FilteredPi given = with(g, g.at("biquad"));
+    expect_all_worst(given, radius, g.at("worst"));
+    expect_probability(posterior, given, bounds, g.at("p_exceed"), kGoldenDraws, 20'000);
+    const double iae = g.at("load_step").at("iae");
+    EXPECT_NEAR(load_step_iae(machine, given), iae, 1e-5 * iae);
+
+    // Golden gains exceed their bounds by up to 1e-3; the last ones by 3e-3, at a machine that the golden
+    // search missed. Gains at what those keep are as large.
+    Bounds kept = bounds;
+    kept.sensitivity = worst_case(posterior, given, Transfer::sensitivity, radius).peak.value;
+    kept.load_transfer = worst_case(posterior, given, Transfer::load_transfer, radius).peak.value;
+    const auto found = robust_gains(posterior, given.biquads, kept, radius);
+    ASSERT_TRUE(found);
+    const double tolerance = i == 3 ? 0.03 : 0.01;
+    EXPECT_NEAR(found->controller.kp, given.kp, tolerance * given.kp);
+    EXPECT_NEAR(found->controller.ki, given.ki, tolerance * given.ki);
   }
 }
 
