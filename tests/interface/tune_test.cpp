@@ -4,8 +4,11 @@
 
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "program.hpp"
 
@@ -26,9 +29,15 @@ class TuneVerb : public test::ProgramTest {
   /// System 2 under a controller: NAME.csv.
   void record(const std::string& name, const std::string& controller, double delay_s, int seed,
               double amplitude = 2.1, double stiffness = 143.75) const {
+    std::ostringstream drive;
+    drive << "driven_inertia = 0.032, load_inertia = 0.032, stiffness = " << stiffness << ", damping = 0.3";
+    record_drive(name, drive.str(), controller, seed, delay_s, amplitude);
+  }
+  /// Any drive.
+  void record_drive(const std::string& name, const std::string& drive, const std::string& controller,
+                    int seed, double delay_s = 0.004, double amplitude = 2.1) const {
     std::ostringstream toml;
-    toml << "drive = {driven_inertia = 0.032, load_inertia = 0.032, stiffness = " << stiffness
-         << ", damping = 0.3}\n"
+    toml << "drive = {" << drive << "}\n"
          << "controller = " << controller
          << "\nexcitation = {kind = 'prbs', register_length = 12, amplitude = " << amplitude << "}\n"
          << "measurement = {delay_s = " << delay_s << ", noise_rms = 0.1}\n"
@@ -174,6 +183,39 @@ TEST_F(TuneVerb, IsCheckedAfterwards) {
   EXPECT_EQ(
       run("tune result.json --evaluate c.json --draws 500 --check late.csv --require-trusted -q").exit_code,
       3);
+}
+
+/// On drives that changed: every torque a quarter stronger (all masses, stiffness and damping 20 % less), a
+/// softer spring, and a load of which a part turned out to hang on a spring of its own.
+TEST_F(TuneVerb, ACheckNamesWhatChangedInTheDrive) {
+  ASSERT_EQ(run("tune result.json --structure pi --draws 500 -q --export json:c.json").exit_code, 0);
+  const auto controller = in_toml(json::parse(text("c.json")));
+  struct Changed {
+    const char* drive;
+    std::vector<const char*> cause;
+  };
+  const std::vector<Changed> all = {
+      {"driven_inertia = 0.0256, load_inertia = 0.0256, stiffness = 115.0, damping = 0.24",
+       {"the gain: inertias and stiffness all differ by -"}},
+      {"driven_inertia = 0.032, load_inertia = 0.032, stiffness = 110.0, damping = 0.3",
+       {"the stiffness (-23", "%)"}},
+      {"structure = 'three-mass', driven_inertia = 0.032, middle_inertia = 0.016, load_inertia = 0.016, "
+       "stiffness = 200.0, damping = 0.2, stiffness_2 = 200.0, damping_2 = 0.1",
+       {"another mode: the new recording shows a three-mass machine"}}};
+  for (const auto& changed : all) {
+    SCOPED_TRACE(changed.drive);
+    record_drive("changed", changed.drive, controller, 2);
+    const auto done = run("tune result.json --evaluate c.json --draws 500 --check changed.csv --json t.json");
+    ASSERT_EQ(done.exit_code, 0) << done.error;
+    const auto tuning = json::parse(text("t.json"));
+    EXPECT_FALSE(tuning.at("trusted"));
+    const auto& check = tuning.at("check");
+    EXPECT_FALSE(check.at("agrees"));
+    EXPECT_TRUE(check.value("decided", true));
+    const auto cause = check.at("cause").get<std::string>();
+    for (const char* words : changed.cause) EXPECT_NE(cause.find(words), std::string::npos) << cause;
+    EXPECT_NE(done.out.find("prediction-fails"), std::string::npos) << done.out;
+  }
 }
 
 /// A recording of the second of two machines that one controller is for.
