@@ -166,6 +166,135 @@ TEST_F(TuneVerb, ItsPlannedLoopIsNotJudgedByLinesThatEndBelowAResonance) {
   EXPECT_EQ(text("p.json").find("planned-not-judged"), std::string::npos);
 }
 
+/// What is taken away as c.json, c.h, c.st and c.hal has the gains of the design, and its comments the units
+/// that are given; none of a rotary drive in Nm is left in them.
+class TuneVerbUnits : public TuneVerb {
+ protected:
+  static constexpr double kStep_s = 0.002;
+
+  void expect_texts(const std::string& velocity, const std::string& place, const std::string& torque) const {
+    const auto tuning = json::parse(text("t.json"));
+    EXPECT_EQ(tuning.at("units").at("input"), torque);
+    EXPECT_EQ(tuning.at("units").at("velocity"), velocity);
+    const auto& gains = tuning.at("candidates")[0].at("gains");
+    const double kp = gains.at("kp"), ki = gains.at("ki");
+    const auto numerator = json::parse(text("c.json")).at("numerator").get<std::vector<double>>();
+    ASSERT_EQ(numerator.size(), 2U);
+    EXPECT_NEAR(-numerator[1], kp, 1e-9 * kp);
+    EXPECT_NEAR((numerator[0] + numerator[1]) / kStep_s, ki, 1e-9 * ki);
+    EXPECT_NEAR(number_after("c.st", "gain_p : LREAL := "), kp, 1e-9 * kp);
+    EXPECT_NEAR(number_after("c.st", "gain_i_step : LREAL := "), ki * kStep_s, 1e-9 * ki * kStep_s);
+    EXPECT_NEAR(number_after("c.hal", ".Pgain "), kp, 1e-9 * kp);
+    EXPECT_NEAR(number_after("c.hal", ".Igain "), ki, 1e-9 * ki);
+    EXPECT_NEAR(number_after("c.h", "fresh = {"), kp, 1e-9 * kp);
+    expect_words("c.h", "r, y in " + velocity + ", u in " + torque + "\n");
+    expect_words("c.h", "torque_limit; /* " + torque + " */");
+    expect_words("c.st", "reference : LREAL; (* " + velocity + " *)");
+    expect_words("c.st", "torque : LREAL; (* " + torque + " *)");
+    expect_words("c.st", "(* sum of ki Ts (r - y), " + torque + " *)");
+    expect_words("c.hal", "velocity (" + velocity + "), the ");
+    expect_words("c.hal", "(" + torque + "), and the signal that enables");
+    for (const char* file : {"c.h", "c.st", "c.hal"}) {
+      EXPECT_EQ(text(file).find("Nm"), std::string::npos) << file;
+      if (place != "rad") {
+        EXPECT_EQ(text(file).find("rad"), std::string::npos) << file;
+      }
+    }
+  }
+  void expect_words(const char* file, const std::string& words) const {
+    EXPECT_NE(text(file).find(words), std::string::npos) << file << " lacks: " << words << "\n" << text(file);
+  }
+  [[nodiscard]] double number_after(const char* file, const std::string& words) const {
+    const std::string all = text(file);
+    const auto at = all.find(words);
+    EXPECT_NE(at, std::string::npos) << file << " lacks: " << words;
+    return at == std::string::npos ? 0.0 : std::strtod(all.c_str() + at + words.size(), nullptr);
+  }
+  void tune(const std::string& result) const {
+    const auto done =
+        run("tune " + result +
+            " --structure pi --draws 500 --max-torque 200 -q --json t.json --export json:c.json "
+            "--export c:c.h --export st:c.st --export hal:c.hal");
+    ASSERT_EQ(done.exit_code, 0) << done.error;
+  }
+  /// A linear axis of 5 kg: axis.csv.
+  void record_axis() const {
+    write("axis.toml",
+          "drive = {motion = 'linear', driven_inertia = 2, load_inertia = 3, stiffness = 2e4, damping = 20}\n"
+          "controller = {kind = 'pi', gain = 60, integral_time_s = 0.2}\n"
+          "excitation = {kind = 'prbs', register_length = 12, amplitude = 60}\n"
+          "measurement = {delay_s = 0.004, noise_rms = 0.02}\n"
+          "run = {sample_rate_hz = 500, duration_s = 25, seed = 1}\n"
+          "motion = {kind = 'constant', velocity = 1.0}\n");
+    ASSERT_EQ(run("simulate axis.toml --out axis.csv -q").exit_code, 0);
+  }
+};
+
+TEST_F(TuneVerbUnits, ALinearAxisIsTakenAwayInItsUnits) {
+  record_axis();
+  ASSERT_EQ(run("identify axis.csv --motion linear --controller pi:60,0.2 --delay 0.004 --json axis.json -q")
+                .exit_code,
+            0);
+  tune("axis.json");
+  expect_texts("m/s", "m", "N");
+  EXPECT_FALSE(json::parse(text("t.json")).contains("scale"));
+  EXPECT_EQ(text("c.st").find("own units"), std::string::npos);
+  const double kp = json::parse(text("t.json")).at("candidates")[0].at("gains").at("kp");
+
+  // The same recorded in A and mm/s: 40 N/A.
+  std::istringstream lines(text("axis.csv"));
+  std::ostringstream own;
+  std::string line, time, ru, u, y;
+  std::getline(lines, line);
+  ASSERT_TRUE(line.starts_with("time_s,ru,u,y,")) << line;
+  own << "time_s,ru_A,u_A,y_mm_s\n";
+  own.precision(12);
+  while (std::getline(lines, line)) {
+    std::istringstream cells(line);
+    std::getline(cells, time, ',');
+    std::getline(cells, ru, ',');
+    std::getline(cells, u, ',');
+    std::getline(cells, y, ',');
+    own << time << "," << std::stod(ru) / 40.0 << "," << std::stod(u) / 40.0 << "," << 1000.0 * std::stod(y)
+        << "\n";
+  }
+  write("own.csv", own.str());
+  ASSERT_EQ(
+      run("identify own.csv --motion linear --excitation ru_A --input u_A --output y_mm_s --input-scale "
+          "40 --output-scale 0.001 --input-unit N --output-unit m/s --controller pi:60,0.2 --delay 0.004 "
+          "--json own.json -q")
+          .exit_code,
+      0);
+  tune("own.json");
+  expect_texts("m/s", "m", "N");
+  const auto tuning = json::parse(text("t.json"));
+  const auto& gains = tuning.at("candidates")[0].at("gains");
+  EXPECT_NEAR(gains.at("kp").get<double>(), kp, 1e-5 * kp);
+  const auto& scale = tuning.at("scale");
+  const double factor = 1.0 / 40.0 / 1000.0;
+  EXPECT_NEAR(scale.at("kp").get<double>(), factor * gains.at("kp").get<double>(), 1e-9);
+  EXPECT_NEAR(scale.at("ki").get<double>(), factor * gains.at("ki").get<double>(), 1e-9);
+  EXPECT_EQ(scale.at("kp_unit"), "A/(mm/s)");
+  EXPECT_EQ(scale.at("ki_unit"), "A/mm");
+  for (const char* file : {"c.h", "c.st", "c.hal"}) {
+    EXPECT_NEAR(number_after(file, "In the recording's own units kp "), scale.at("kp").get<double>(),
+                5e-4 * scale.at("kp").get<double>());
+    EXPECT_NEAR(number_after(file, "A/(mm/s), ki "), scale.at("ki").get<double>(),
+                5e-4 * scale.at("ki").get<double>());
+    EXPECT_NEAR(number_after(file, "first step kp "), 0.5 * scale.at("kp").get<double>(),
+                5e-4 * scale.at("kp").get<double>());
+  }
+}
+
+TEST_F(TuneVerbUnits, VoltsStayVolts) {
+  ASSERT_EQ(
+      run("identify run.csv --input-unit V --controller pi:1.036,0.147 --delay 0.004 --json volts.json -q")
+          .exit_code,
+      0);
+  tune("volts.json");
+  expect_texts("rad/s", "rad", "V");
+}
+
 TEST_F(TuneVerb, IsCheckedAfterwards) {
   ASSERT_EQ(run("tune result.json --structure pi --draws 500 -q --export json:c.json").exit_code, 0);
   const auto controller = in_toml(json::parse(text("c.json")));
