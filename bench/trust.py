@@ -4,6 +4,7 @@
 
     bench/trust.py PROGRAM [--seeds 10] [--first 0] [--jobs 2] [--only REGEX] [--class conform|beyond|fault] [--draw SALT]
                    [--markdown FILE] [--json FILE] [--list] [--no-baseline] [--no-tune] [--tune-structure pi] [--tune-evaluate] [--identify-with "--model none"] [--fail-beyond 5]
+                   [--fail-outside 0.1]
     bench/trust.py PROGRAM --merge FILE ... --markdown FILE    tables of the --json of runs made in parts
 
 PROGRAM is the command line tool; the kinds stand in trust_kinds.py. A figure (inertias, stiffness, damping, friction, torque lag, resonances,
@@ -11,7 +12,8 @@ crossover, margins) counts as wrong when it is further from the truth than 3 of 
 that changes by more than 1 %, from either end of its course. A record is identified with what a user would tell: controller and delay where the experiment has
 them. For every trusted result `tune` designs a controller (a PI, or --tune-structure), which is judged on the true machine (trust_tune.py): stable, and inside the bounds of
 |S| and |T_load|; --no-tune leaves it out. With --tune-evaluate the gains of a PI are also
-judged, times 1 to 6, as given controllers: those that `tune` calls sure are looked at on the true machine. One that is unstable there makes exit code 1. --draw draws other machines. A kind whose experiment this
+judged, times 1 to 6, as given controllers: those that `tune` calls sure are looked at on the true machine. One that is unstable there makes exit code 1. With --fail-outside so does one that is beyond a bound there by more than
+that part. --draw draws other machines. A kind whose experiment this
 PROGRAM cannot simulate is skipped, and said.
 """
 import argparse
@@ -341,6 +343,7 @@ def main():
     parser.add_argument("--identify-with", default="", help="further options of identify, as one word: '--model none'")
     parser.add_argument("--tune-draws", type=int, default=2000, help="machines that a tuning counts its confidence on")
     parser.add_argument("--fail-beyond", type=float, default=math.inf, help="exit code 1 when a trusted figure is further off")
+    parser.add_argument("--fail-outside", type=float, default=math.inf, help="exit code 1 when a proposal is beyond a bound by more than this part")
     options = parser.parse_args()
     options.program = str(pathlib.Path(options.program).resolve())
     if options.baseline:
@@ -376,6 +379,10 @@ def main():
                 and (o["tuned"]["as"] == "unstable" or any(g["as"] == "unstable" for g in o["tuned"].get("given", [])))]
     if unstable:
         sys.exit(f"a controller was proposed that is unstable on the true machine: {', '.join(sorted(set(unstable)))}")
+    outside = [n for n, k in table.kinds.items() for o in k["outcomes"] if o.get("tuned", {}).get("as") == "outside"
+               and o["tuned"]["beyond"] > 1.0 + options.fail_outside]
+    if outside:
+        sys.exit(f"a controller was proposed that is beyond a bound by more than {100.0 * options.fail_outside:g} %: {', '.join(outside)}")
     if gross:
         sys.exit(f"trusted, and a figure beyond {options.fail_beyond} standard deviations: {', '.join(sorted(set(gross)))}")
 

@@ -42,7 +42,9 @@ class Climber {
     return {survey_.largest_of(plant_at(u), {transfer_}).front(), u};
   }
 
-  /// At the frequency of the peak alone: there the maximum moves as the function does.
+  /// At the frequency of the peak alone: there the maximum moves as the function does. Of one that bends
+  /// sharply, as over a delay of whole samples at half the rate, the steeper side of a valley, and none of a
+  /// ridge.
   [[nodiscard]] Eigen::VectorXd gradient(const WorstCase& here) const {
     constexpr double kStep = 0.02;
     Eigen::VectorXd slope(posterior_.dimension());
@@ -52,7 +54,13 @@ class Climber {
         u(i) += step;
         return survey_.size_at(plant_at(u), transfer_, here.peak.frequency_hz);
       };
-      slope(i) = (size(kStep) - size(-kStep)) / (2.0 * kStep);
+      const double up = size(kStep) - here.peak.value, down = size(-kStep) - here.peak.value;
+      if (up > 0.0 && down > 0.0)
+        slope(i) = (up >= down ? up : -down) / kStep;
+      else if (up < 0.0 && down < 0.0)
+        slope(i) = 0.0;
+      else
+        slope(i) = (up - down) / (2.0 * kStep);
     }
     return slope;
   }
