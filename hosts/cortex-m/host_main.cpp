@@ -27,7 +27,8 @@ int main(int count, char** arguments) {
                         &stepped_sine_21,
                         &change_detector,
                         &axis_lines_8,
-                        &drive_control})
+                        &drive_control,
+                        &drive_cascade})
     if (count == 2 && std::string_view(arguments[1]) == c->name) return run(*c);
   std::fputs("usage: cortex_reference CASE\n", stderr);
   return 2;

@@ -13,3 +13,4 @@ extern const Case prbs_10, multisine_21, chirp, stepped_sine_21;
 extern const Case change_detector;
 extern const Case axis_lines_8;
 extern const Case drive_control;
+extern const Case drive_cascade;

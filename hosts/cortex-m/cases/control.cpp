@@ -39,6 +39,37 @@ struct DriveControlCase {
   static void report(Output& out) { out.floats("torque", newest); }
 };
 
+/// A cascade, its position summed, while other biquads take over: both chains run in every sample.
+struct DriveCascadeCase {
+  using Estimator = DriveControl<float, 2, 5>;
+  static inline Storage<Estimator> control;
+  static inline std::array<float, 64> newest;
+  static inline std::size_t next;
+
+  static bool create() {
+    constexpr std::array<Biquad, 2> kOld{{{40.0, 0.2, 0.6}, {70.0, 0.9, 0.5}}},
+        kNew{{{45.0, 0.2, 0.6}, {80.0, 0.9, 0.5}}};
+    DriveControlConfig config;
+    config.sample_rate_hz = drive::kSampleRateHz;
+    config.kp = 1.0;
+    config.ki = 8.0;
+    config.kv = 5.0;
+    config.sums_velocity = true;
+    config.torque_limit = 20.0;
+    config.biquads = kOld;
+    next = 0;
+    newest = {};
+    return control.hold(Estimator::create(config)) &&
+           control->exchange_filters(kNew, 0, 1'000'000).has_value();
+  }
+  static void step(const Sample& s) {
+    newest[next] = control->step({.reference = s.ru, .velocity = s.y, .velocity_feed_forward = s.u});
+    next = (next + 1) % newest.size();
+  }
+  static void report(Output& out) { out.floats("torque", newest); }
+};
+
 }  // namespace
 
 const Case drive_control = case_of<DriveControlCase>("drive_control", Injection::prbs);
+const Case drive_cascade = case_of<DriveCascadeCase>("drive_cascade", Injection::prbs);

@@ -1462,7 +1462,7 @@ TEST(Tune, SimulatesWhatItPromises) {
   for (const auto& run : tuning->simulated)
     for (const auto& figure : run.figures) {
       ASSERT_TRUE(figure.promised);
-      const double tolerance = figure.name == "reference_settling_s" ? 0.012 : 0.02 * *figure.promised + 0.01;
+      const double tolerance = figure.name == "reference_settling_s" ? 0.003 : 0.02 * *figure.promised + 0.01;
       EXPECT_NEAR(figure.simulated, *figure.promised, tolerance) << run.what << ": " << figure.name;
     }
   // A machine that is not the identified one.
@@ -1674,7 +1674,7 @@ TEST(Tune, SimulatesARigidMachine) {
   EXPECT_EQ(tuning->simulated.back().what, "motion");
   for (const auto& run : tuning->simulated)
     for (const auto& figure : run.figures) {
-      const double tolerance = figure.name == "reference_settling_s" ? 0.012 : 0.02 * *figure.promised + 0.01;
+      const double tolerance = figure.name == "reference_settling_s" ? 0.003 : 0.02 * *figure.promised + 0.01;
       EXPECT_NEAR(figure.simulated, *figure.promised, tolerance) << figure.name;
     }
 }
