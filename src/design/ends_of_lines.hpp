@@ -79,7 +79,8 @@ template <class SizeAt, class RadiusAt>
   end.dips = !has_peak && (last + last_error < kLittle * largest ||
                            (last + last_error < kLess * largest && steepness > kSteep));
   end.size = size_at(frequencies_hz.size() - 1) + radius_at(frequencies_hz.size() - 1);
-  if (!has_peak && !end.is_whole) end.size = std::max(end.size, largest / per_inertia(last_hz));
+  if (!end.is_whole && (end.rises || !has_peak))
+    end.size = std::max(end.size, largest / per_inertia(last_hz));
   return end;
 }
 

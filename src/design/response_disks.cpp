@@ -404,18 +404,17 @@ expected<ResponseDesign> largest_integral_gain(const ResponseDisks& response, st
   if (!outside) return refuse("biquads", outside.error().requirement.str());
   const DiskSearch search(response, filter, bounds, load, outside->largest_beyond);
   const auto best = search.best();
-  if (!best && search.end().is_below_resonance())
-    return refuse("response",
-                  "must not end below a resonance, where it rises or falls as before an anti-resonance; "
-                  "excite beyond it",
-                  response.frequencies_hz.back());
+  constexpr const char* kBelowResonance =
+      "must not end below a resonance, where it rises or falls as before an anti-resonance; excite beyond it";
+  if (!best && search.end().is_below_resonance()) return refuse("response", kBelowResonance);
   if (!best)
     return refuse("response",
                   "must let a gain within the bounds be told stable: from below the crossover on, on lines "
                   "near to one another");
   const auto crossover_hz = search.crossover_hz(*best);
   if (const double first = search.least_loop_at_start(*best); !crossover_hz || !(first > 1.0))
-    return refuse("response", "must begin where |L| is above 1", first);
+    return search.end().is_below_resonance() ? refuse("response", kBelowResonance)
+                                             : refuse("response", "must begin where |L| is above 1", first);
   return ResponseDesign{{*crossover_hz,
                          search.worst(*best),
                          search.largest_turn_deg(*best),

@@ -61,15 +61,17 @@ std::array<FigureValue, 4> load_step_values(const design::Machine& machine, cons
 }
 
 /// Overshoot, settling within 2 %, peak and rms torque (over the first second) of a step of the reference;
-/// what its end would tell is absent where that is not there.
-std::array<FigureValue, 4> reference_values(const StepResponses& steps, double sample_time_s, double step) {
+/// what its end would tell is absent where that is not there. Which part of the delay stands before the
+/// machine is not known: settling counts all of it.
+std::array<FigureValue, 4> reference_values(const StepResponses& steps, double sample_time_s, double delay_s,
+                                            double step) {
   constexpr double kBand = 0.02;
   double overshoot = 0.0, settled = 0.0, peak = 0.0, squares = 0.0;
   const auto second = static_cast<std::size_t>(std::lround(1.0 / sample_time_s));
   for (std::size_t k = 0; k < steps.load_by_reference.size(); ++k) {
     const double y = steps.load_by_reference[k], u = steps.torque_by_reference[k];
     overshoot = std::max(overshoot, y - 1.0);
-    if (std::abs(y - 1.0) > kBand) settled = static_cast<double>(k + 1) * sample_time_s;
+    if (std::abs(y - 1.0) > kBand) settled = static_cast<double>(k + 1) * sample_time_s + delay_s;
     peak = std::max(peak, std::abs(u));
     if (k < second) squares += u * u;
   }
@@ -106,7 +108,8 @@ std::vector<FigureValue> figure_values(const design::LoopFigures& f, const desig
   if (!integrates(law.what.feedback)) load[0] = load[1] = FigureValue{};
   values.insert(values.end(), load.begin(), load.end());
   values.push_back({f.noise_gain});
-  auto reference = reference_values(steps, machine.sample_time_s(), reference_step);
+  const double delay_s = machine.model().known_delay_s + machine.model().delay_s;
+  auto reference = reference_values(steps, machine.sample_time_s(), delay_s, reference_step);
   // Nor does it settle where friction keeps it from its reference.
   constexpr double kStays = 0.02;
   const auto& y = steps.load_by_reference;

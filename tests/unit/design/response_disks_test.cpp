@@ -126,7 +126,7 @@ TEST(ResponseDisks, BoundEveryResponseInThem) {
           disks.centres[i] +
           disks.radii[i] * std::polar(1.0, std::arg(std::complex(normal.next(), normal.next())));
       const auto loop = c[i] * plant;
-      const LoopFunctions::Values v{loop, c[i], n * plant, c[i], i + 1 == c.size() ? 2.0 : 0.0};
+      const LoopFunctions::Values v{loop, c[i], n * plant, c[i], i + 1 == c.size() ? 1.0 / 0.9 : 0.0};
       for (const Transfer transfer : kTransfers)
         largest[static_cast<std::size_t>(transfer)] =
             std::max(largest[static_cast<std::size_t>(transfer)], v.size_of(transfer));
@@ -166,9 +166,11 @@ TEST(ResponseDisks, RefuseWhatTheLinesCannotTell) {
     const auto found = largest_integral_gain(some, {}, bounds, g.load);
     return found ? std::string() : found.error().requirement.str();
   };
-  EXPECT_EQ(why(part(0.0, 13.0), sensitivity_only()), "must not end where |L| rises: a resonance is near");
+  EXPECT_NE(why(part(0.0, 13.0), sensitivity_only()).find("must not end below a resonance"),
+            std::string::npos);
   // Past the resonance |L| has fallen to less than half, and what lies below it is no flank.
-  EXPECT_NE(why(part(0.0, 21.0), sensitivity_only()), "must not end where |L| rises: a resonance is near");
+  EXPECT_EQ(why(part(0.0, 21.0), sensitivity_only()).find("must not end below a resonance"),
+            std::string::npos);
   auto reversed = part(0.0, 250.0);  // a velocity of the wrong sign
   for (auto& value : reversed.centres) value = -value;
   EXPECT_NE(why(reversed, sensitivity_only()).find("told stable"), std::string::npos);
@@ -229,7 +231,7 @@ TEST(ResponseDisks, TellNoStabilityWhereTheLinesEndTooEarly) {
   EXPECT_EQ(flank.stability.frequency_hz, 14.0);
   EXPECT_NEAR(flank.stability.value, 0.348, 0.02);
   EXPECT_EQ(flank.stability.most, 0.02);
-  EXPECT_EQ(judged(part_of(g.of(0.01), 0.0, 14.0), 0.1).stability.tells, LinesTell::ends_below_resonance);
+  EXPECT_EQ(judged(part_of(g.of(0.01), 0.0, 14.0), 0.4).stability.tells, LinesTell::ends_below_resonance);
 
   const auto large = judged(inertia(8.0), 2.0);
   EXPECT_EQ(large.stability.tells, LinesTell::ends_large);

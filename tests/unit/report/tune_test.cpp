@@ -615,8 +615,12 @@ TEST(TuneText, TellsWhereFiguresAreLargest) {
   const auto table = figure_table_of(document(t));
   EXPECT_EQ(table.columns.at(2), "at, Hz");
   for (const auto& row : table.rows) {
-    if (row.front() == "largest |T_load|") EXPECT_EQ(row.at(2), "7.65");
-    if (row.front() == "gain margin, dB") EXPECT_EQ(row.at(2), "");
+    if (row.front() == "largest |T_load|") {
+      EXPECT_EQ(row.at(2), "7.65");
+    }
+    if (row.front() == "gain margin, dB") {
+      EXPECT_EQ(row.at(2), "");
+    }
   }
   EXPECT_TRUE(holds(summary_text(t), "at, Hz"));
   for (auto& figure : t.candidates.front().figures) figure.frequency_hz.reset();
@@ -834,13 +838,17 @@ TEST(TunePage, WordsALoopThatAResponseDoesNotTellStable) {
   auto& c = t.candidates.front();
   c.stable = c.within = false;
   c.draws = 0;
-  EXPECT_EQ(
-      sentences(t).front(),
-      "The given controller (PI): by the measured response its loop is NOT STABLE, or cannot be told to "
-      "be.");
+  EXPECT_EQ(sentences(t).front(),
+            "The given controller (PI): by the measured response its loop is UNSTABLE.");
+  EXPECT_EQ(document(t).badge->word, "Unstable");
+  EXPECT_TRUE(holds(summary_text(t), " unstable"));
+  t.findings.push_back({"stability-not-told", diagnostics::Severity::error, {}, {}, "It ends too early."});
+  EXPECT_EQ(sentences(t).front(),
+            "The given controller (PI): by the measured response its loop is NOT TOLD to be stable.");
   const auto text = summary_text(t);
   EXPECT_FALSE(holds(text, "identified machine")) << text;
-  EXPECT_FALSE(holds(text, "UNSTABLE")) << text;
+  EXPECT_FALSE(holds(text, "UNSTABLE") || holds(text, " unstable")) << text;
+  EXPECT_TRUE(holds(text, "not told stable")) << text;
   const auto page = document(t);
   EXPECT_EQ(page.badge->word, "Not told stable");
   EXPECT_EQ(page.badge->reason, "by the measured response");
