@@ -22,7 +22,7 @@ struct Course {
                                const Eigen::RowVectorXd& output, double spectral_radius, double settled,
                                std::size_t quiet);
 
-/// Sum over k >= 0 of (output a^k start)^2 of a stable a, by doubling (Smith 1968).
+/// Sum over k >= 0 of (output a^k start)^2 of a stable a, by doubling.
 [[nodiscard]] double impulse_energy(Eigen::MatrixXd a, const Eigen::VectorXd& start,
                                     const Eigen::RowVectorXd& output);
 
