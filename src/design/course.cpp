@@ -10,11 +10,12 @@ namespace resonid::design {
 namespace {
 
 constexpr std::size_t kFine = 20'000;  // samples that are looked at one by one
+constexpr double kTimeConstants = 40.0, kMostSamples = 2e6;
 
 /// Samples that may be taken at once after kFine of them: a small part of the time constant and of the period
 /// of every mode that is left.
 std::size_t stride_of(const Eigen::MatrixXd& a) {
-  constexpr double kGone = 1e-12, kPartOfTime = 1e-3, kTurn = 0.01, kLongest = 1 << 20;
+  constexpr double kGone = 1e-12, kPartOfTime = 1e-3, kTurn = 0.01, kLongest = 1e9;
   double longest = kLongest;
   for (const auto& pole : linalg::eigenvalues(a)) {
     const double decay = -std::log(std::abs(pole));
@@ -46,7 +47,7 @@ struct Strides {
 
 std::size_t most_samples(double spectral_radius) {
   const double decay = -std::log(std::min(spectral_radius, 1.0 - 1e-7));
-  return static_cast<std::size_t>(std::clamp(40.0 / decay, 100.0, 2e6));
+  return static_cast<std::size_t>(std::clamp(kTimeConstants / decay, 100.0, kMostSamples));
 }
 
 Course course_of(const Eigen::MatrixXd& a, const Eigen::VectorXd& input, const Eigen::RowVectorXd& output,
@@ -73,11 +74,15 @@ Course course_of(const Eigen::MatrixXd& a, const Eigen::VectorXd& input, const E
   }
   if (k >= most || still >= quiet) return course;
   const std::size_t stride = stride_of(a);
+  // As many strides as there may be samples.
+  const double decay = -std::log(std::min(spectral_radius, 1.0 - 1e-12));
+  const auto end =
+      static_cast<std::size_t>(std::min(kTimeConstants / decay, kMostSamples * static_cast<double>(stride)));
   const Strides strides(a, input, stride);
   const Eigen::RowVectorXd summed = output * strides.sum.topRows(n);
   Eigen::VectorXd whole(n + 1), after(n + 1);
   whole << state, 1.0;
-  for (; k < most && still < quiet; k += stride) {
+  for (; k < end && still < quiet; k += stride) {
     take(output * whole.head(n), summed * whole, stride);
     after.noalias() = strides.step * whole;
     whole.swap(after);

@@ -21,7 +21,8 @@ struct MachineEnd {
   double size = 0.0;   ///< The largest |G| there within its error, or what an inertia brings there if larger.
   bool rises = false;  ///< On the flank of a resonance, which stands above.
   bool dips = false;   ///< Before an anti-resonance, above which a resonance stands.
-  bool is_whole = false;  ///< Lines reach half of the sample rate, above which nothing stands.
+  bool is_sparse = false;  ///< Too few lines in the last octave to tell either.
+  bool is_whole = false;   ///< Lines reach half of the sample rate, above which nothing stands.
 
   /// The largest |L| for which nothing that stands above makes the loop unstable. What is not seen may be
   /// twice as large as an inertia would be; a resonance of which the flank is seen, fifty times; between the
@@ -29,60 +30,21 @@ struct MachineEnd {
   [[nodiscard]] double largest_loop() const {
     return is_whole ? 0.9 : is_below_resonance() ? kBelowResonance : 0.5;
   }
-  [[nodiscard]] bool is_below_resonance() const { return !is_whole && (rises || dips); }
+  [[nodiscard]] bool is_below_resonance() const { return !is_whole && (rises || dips || is_sparse); }
   static constexpr double kBelowResonance = 0.02;
 };
 
-/// Of a machine at ascending frequencies, of which `size_at(i)` is |G| and `radius_at(i)` its largest error.
-/// In place of |G| that of an inertia is looked at as one, |G| 2 sin(pi f Ts), lines within 5 % of a
-/// frequency together, so that the noise of single ones is no rise. It rises by a fifth within an octave on
-/// the flank of a resonance; past a peak, of which the other side lies below, it falls. Towards an
-/// anti-resonance it falls quicker and quicker, 1 - (f/fa)^2, which a lag does not. As long as it only falls,
-/// |G| counts as an inertia's.
-template <class SizeAt, class RadiusAt>
-[[nodiscard]] MachineEnd machine_end(std::span<const double> frequencies_hz, SizeAt&& size_at,
-                                     RadiusAt&& radius_at, double sample_time_s) {
-  constexpr double kGroup = 1.05, kSure = 0.6, kRise = 1.2, kPastPeak = 1.3, kPeak = 1.5;
-  constexpr double kLittle = 0.25, kLess = 0.6, kSteep = 1.5, kQuarter = 1.19;
-  constexpr double kOctave = 2.0, kTwoOctaves = 4.0, kNearlyHalf = 0.95;
-  const double last_hz = frequencies_hz.back();
-  const auto per_inertia = [&](double f) { return 2.0 * std::sin(kPi * std::min(f * sample_time_s, 0.5)); };
-  MachineEnd end;
-  end.is_whole = 2.0 * last_hz * sample_time_s >= kNearlyHalf;
-  double last = 0.0, last_error = 0.0, largest = 0.0;
-  double steepness = 0.0;  // over a quarter of an octave
-  bool first = true, is_past_peak = false, has_peak = false;
-  for (std::size_t i = frequencies_hz.size(); i > 0;) {
-    const double top_hz = frequencies_hz[i - 1];
-    if (kTwoOctaves * top_hz < last_hz) break;
-    double sum = 0.0, squares = 0.0, lines = 0.0;
-    for (; i > 0 && kGroup * frequencies_hz[i - 1] > top_hz; --i) {
-      const double scale = per_inertia(frequencies_hz[i - 1]), radius = scale * radius_at(i - 1);
-      sum += scale * size_at(i - 1);
-      squares += radius * radius;
-      ++lines;
-    }
-    const double here = sum / lines, error = kSure * std::sqrt(squares) / lines;
-    if (steepness == 0.0 && kQuarter * top_hz < last_hz)
-      steepness = std::log(std::max(here - error, 0.0) / (last + last_error)) / std::log(last_hz / top_hz);
-    if (first) {
-      last = here;
-      last_error = error;
-      first = false;
-    }
-    is_past_peak = is_past_peak || here - error > kPastPeak * (last + last_error);
-    if (!is_past_peak && kOctave * top_hz >= last_hz && last - last_error > kRise * (here + error))
-      end.rises = true;
-    has_peak = has_peak || kPeak * (here + error) < largest;
-    largest = std::max(largest, here - error);
-  }
-  end.dips = !has_peak && (last + last_error < kLittle * largest ||
-                           (last + last_error < kLess * largest && steepness > kSteep));
-  end.size = size_at(frequencies_hz.size() - 1) + radius_at(frequencies_hz.size() - 1);
-  if (!end.is_whole && (end.rises || !has_peak))
-    end.size = std::max(end.size, largest / per_inertia(last_hz));
-  return end;
-}
+/// Of a machine at ascending frequencies: |G| and its largest error at each.
+///
+/// What is looked at is |G| 2 sin(pi f Ts), of an inertia one number, w: lines within 5 % of a frequency
+/// together, so that the noise of single ones is no rise, and at least four of them in the last octave. It
+/// rises by a fifth within that octave on the flank of a resonance. A peak, from which w falls by a third on
+/// both sides, has been passed; past it w stays above what it was below that resonance and its
+/// anti-resonance, or falls towards the next one. Where none was passed w falls towards an anti-resonance
+/// quicker and quicker, as 1 - (f/fa)^2, which a lag does not; velocities by differences fall by cos(pi f
+/// Ts), which is no dip. As long as w only falls, and where it rises again, |G| counts as the inertia's.
+[[nodiscard]] MachineEnd machine_end(std::span<const double> frequencies_hz, std::span<const double> sizes,
+                                     std::span<const double> radii, double sample_time_s);
 
 /// Whether what the lines do not show may make the loop unstable; `largest_controller`: |C| from the last
 /// line on. A thousandth more than the limit is none: designs reach it, and gains are rounded.

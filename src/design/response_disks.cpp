@@ -50,9 +50,9 @@ class DiskSearch {
       lines_.push_back(line);
     }
     machine_ = whole_ ? response.centres.front() : lines_.front().measured;
-    end_ = machine_end(
-        response.frequencies_hz, [&](std::size_t i) { return std::abs(response.centres[i]); },
-        [&](std::size_t i) { return response.radii[i]; }, response.sample_time_s);
+    std::vector<double> sizes;
+    for (const Complex& value : response.centres) sizes.push_back(std::abs(value));
+    end_ = machine_end(response.frequencies_hz, sizes, response.radii, response.sample_time_s);
   }
 
   struct Gains {
@@ -116,8 +116,7 @@ class DiskSearch {
         return {LinesTell::passes_zero, line.frequency_hz, std::abs(loop.returned - 1.0)};
     if (!ends_too_large(end_, largest_beyond(gains))) return {};
     return {end_.is_below_resonance() ? LinesTell::ends_below_resonance : LinesTell::ends_large,
-            lines_.back().frequency_hz, largest_loop_beyond(gains), end_.largest_loop(),
-            whole_ && whole_->outside.grows};
+            lines_.back().frequency_hz, largest_loop_beyond(gains), whole_ && whole_->outside.grows};
   }
 
   [[nodiscard]] const MachineEnd& end() const { return end_; }

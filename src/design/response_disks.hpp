@@ -50,7 +50,6 @@ struct LineStability {
   LinesTell tells = LinesTell::stable;
   double frequency_hz = 0.0;  ///< Where.
   double value = 0.0;         ///< |L| that may be from the last line on; the turn, deg.
-  double most = 0.0;          ///< What it may be at most there.
   bool grows = false;         ///< The controller does above the last line, by more than 5 %.
 };
 

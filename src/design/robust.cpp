@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <vector>
 
 #include "design/loop_survey.hpp"
 #include "design/normal.hpp"
@@ -22,14 +24,22 @@ class Climber {
 
   WorstCase run() const {
     const WorstCase nominal = at(Eigen::VectorXd::Zero(posterior_.dimension()));
-    const Eigen::VectorXd slope = gradient(nominal);
+    const Eigen::VectorXd slope = gradient(nominal, true), steeper = gradient(nominal, false);
     std::vector<Eigen::VectorXd> starts = {slope, -slope};
+    if ((steeper - slope).norm() > 1e-6 * slope.norm()) starts.push_back(steeper);
     StandardNormal normal(1);
     constexpr int kRandom = 4;
     for (int i = 0; i < kRandom; ++i) starts.push_back(normal.next(posterior_.dimension()));
-    std::vector<WorstCase> found(starts.size(), nominal);
-    linalg::for_each_index(starts.size(), 0, [&](std::size_t i) {
-      if (starts[i].norm() > 0.0) found[i] = climb(radius_ * starts[i].normalized());
+    const auto edge = has_edge(nominal) ? whole_samples() : std::nullopt;
+    constexpr std::size_t kAlongEdge = 2;
+    const std::size_t free = starts.size(), climbs = free + (edge ? kAlongEdge : 0);
+    std::vector<WorstCase> found(climbs, nominal);
+    linalg::for_each_index(climbs, 0, [&](std::size_t i) {
+      if (i >= free)
+        found[i] = climb(edge->along(i == free ? slope : Eigen::VectorXd(-slope)), *edge);
+      else if (starts[i].norm() > 0.0)
+        found[i] =
+            climb(radius_ * starts[i].normalized(), {Eigen::VectorXd::Zero(slope.size()), {}, radius_});
     });
     found.push_back(nominal);
     return *std::max_element(found.begin(), found.end(), [](const WorstCase& a, const WorstCase& b) {
@@ -38,14 +48,51 @@ class Climber {
   }
 
  private:
+  /// The ellipsoid, or what a plane leaves of it, which has a normal.
+  struct Region {
+    Eigen::VectorXd centre, normal;
+    double radius = 0.0;
+
+    /// Its point farthest along a direction.
+    [[nodiscard]] Eigen::VectorXd along(Eigen::VectorXd direction) const {
+      if (normal.size() > 0) direction -= direction.dot(normal) * normal;
+      const double size = direction.norm();
+      return size > 0.0 ? Eigen::VectorXd(centre + radius / size * direction) : centre;
+    }
+  };
+
+  /// At half the rate, where |C S| is largest, sizes have an edge over delays of whole samples, and climbs
+  /// leave it to either side.
+  [[nodiscard]] bool has_edge(const WorstCase& nominal) const {
+    constexpr double kNearly = 0.9;
+    return transfer_ == Transfer::controller_sensitivity ||
+           2.0 * nominal.peak.frequency_hz * posterior_.nominal().sample_time_s >= kNearly;
+  }
+  [[nodiscard]] std::optional<Region> whole_samples() const {
+    const auto delay_at = [&](const Eigen::VectorXd& u) {
+      const auto model = posterior_.at(u);
+      return (model.known_delay_s + model.delay_s) / model.sample_time_s;
+    };
+    const Eigen::Index n = posterior_.dimension();
+    const double nominal = delay_at(Eigen::VectorXd::Zero(n));
+    Eigen::VectorXd normal(n);
+    for (Eigen::Index i = 0; i < n; ++i) normal(i) = delay_at(Eigen::VectorXd::Unit(n, i)) - nominal;
+    const double size = normal.norm();
+    if (!(size > 0.0)) return std::nullopt;
+    normal /= size;
+    const double off = (std::round(nominal) - nominal) / size;
+    if (!(std::abs(off) < radius_)) return std::nullopt;
+    return Region{off * normal, normal, std::sqrt(radius_ * radius_ - off * off)};
+  }
+
   [[nodiscard]] WorstCase at(const Eigen::VectorXd& u) const {
     return {survey_.largest_of(plant_at(u), {transfer_}).front(), u};
   }
 
-  /// At the frequency of the peak alone: there the maximum moves as the function does. Of one that bends
-  /// sharply, as over a delay of whole samples at half the rate, the steeper side of a valley, and none of a
-  /// ridge.
-  [[nodiscard]] Eigen::VectorXd gradient(const WorstCase& here) const {
+  /// At the frequency of the peak alone: there the maximum moves as the function does. It may bend sharply,
+  /// as over a delay of whole samples at half the rate: `straight` looks across the bend, to climb along a
+  /// ridge; else up the steeper side of a valley.
+  [[nodiscard]] Eigen::VectorXd gradient(const WorstCase& here, bool straight) const {
     constexpr double kStep = 0.02;
     Eigen::VectorXd slope(posterior_.dimension());
     for (Eigen::Index i = 0; i < slope.size(); ++i) {
@@ -55,24 +102,20 @@ class Climber {
         return survey_.size_at(plant_at(u), transfer_, here.peak.frequency_hz);
       };
       const double up = size(kStep) - here.peak.value, down = size(-kStep) - here.peak.value;
-      if (up > 0.0 && down > 0.0)
-        slope(i) = (up >= down ? up : -down) / kStep;
-      else if (up < 0.0 && down < 0.0)
-        slope(i) = 0.0;
-      else
-        slope(i) = (up - down) / (2.0 * kStep);
+      slope(i) = !straight && up > 0.0 && down > 0.0 ? (up >= down ? up : -down) / kStep
+                                                     : (up - down) / (2.0 * kStep);
     }
     return slope;
   }
 
   /// To the edge along the gradient, halved back towards where it was while the value does not grow.
-  [[nodiscard]] WorstCase climb(const Eigen::VectorXd& from) const {
+  [[nodiscard]] WorstCase climb(const Eigen::VectorXd& from, const Region& region) const {
     WorstCase here = at(from);
     constexpr int kRounds = 30, kHalvings = 6;
     for (int round = 0; round < kRounds; ++round) {
-      const Eigen::VectorXd slope = gradient(here);
+      const Eigen::VectorXd slope = gradient(here, region.normal.size() > 0);
       if (!(slope.norm() > 0.0)) break;
-      Eigen::VectorXd to = radius_ * slope.normalized();
+      Eigen::VectorXd to = region.along(slope);
       bool grew = false;
       double gained = 0.0;
       for (int i = 0; i < kHalvings && !grew; ++i) {

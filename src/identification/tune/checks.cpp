@@ -159,17 +159,20 @@ Checked check_step(const TuneOptions& options, double own) {
 
 }  // namespace
 
-std::string end_of_lines_words(double last_hz, double may_be, double most, bool below_resonance,
+std::string end_of_lines_words(double last_hz, double may_be, const design::MachineEnd& end,
                                bool controller_grows) {
-  const std::string why =
-      below_resonance    ? "the machine's response rises, or falls as before an anti-resonance: a resonance "
-                           "stands above, which may be many times higher"
-      : controller_grows ? "the controller becomes larger above it"
-                         : "a resonance above it may be twice as large as what an inertia does there";
+  const std::string why = end.is_sparse && !end.is_whole
+                              ? "too few lines stand in the octave below it to tell of a resonance above"
+                          : end.is_below_resonance() ? "the machine's response rises, or falls as before an "
+                                                       "anti-resonance: a resonance stands above, which "
+                                                       "may be many times higher"
+                          : controller_grows
+                              ? "the controller becomes larger above it"
+                              : "a resonance above it may be twice as large as what an inertia does there";
   return fmt::format(
       "at the last line that is known, {:.3g} Hz, |L| must be at most {:g}, since {}; it may be {:.3g}. "
       "Excite up to where |L| stays below that{}, or lower the gains",
-      last_hz, most, why, may_be, controller_grows ? ", let the controller roll off" : "");
+      last_hz, end.largest_loop(), why, may_be, controller_grows ? ", let the controller roll off" : "");
 }
 
 Checked check(std::span<const Result> results, const TuneOptions& options) {

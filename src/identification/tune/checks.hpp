@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "design/controller.hpp"
+#include "design/ends_of_lines.hpp"
 #include "design/machine.hpp"
 #include "design/posterior.hpp"
 
@@ -59,8 +60,8 @@ inline constexpr double kCalmBelowCompliance = 6.0;
 
 /// What is wrong at the last line of a loop that is judged by lines, and what would cure it: "at the last
 /// line
-/// ...". `may_be`: |L| from there on; `most`: what is small enough.
-[[nodiscard]] std::string end_of_lines_words(double last_hz, double may_be, double most, bool below_resonance,
+/// ...". `may_be`: |L| from there on.
+[[nodiscard]] std::string end_of_lines_words(double last_hz, double may_be, const design::MachineEnd& end,
                                              bool controller_grows);
 
 /// Rms of the torque that measurement noise makes, the largest of all machines: each by the noise of its own

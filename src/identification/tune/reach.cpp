@@ -72,7 +72,7 @@ bool has_bound(const TuneOptions& options, const NamedBound& named) {
 
 /// Whether a design under other options succeeds, as far as there are trials.
 bool is_confirmed(const Trials& trials, const TuneOptions& options) {
-  return !trials.succeeds || trials.succeeds(options);
+  return !trials.succeeds || !trials.take_one() || trials.succeeds(options);
 }
 
 /// By what more than the identified machine needs a bound is tried: first as a design for every machine that
@@ -296,7 +296,8 @@ Error bandwidth_out_of_reach(const TuneOptions& options, const std::vector<desig
     // What the identified machines do not reach is not reached on all that may be.
     const double of_identified = least_under(under);
     if (of_identified < *options.least_bandwidth_hz) continue;
-    const double least = trials.bandwidth_hz ? trials.bandwidth_hz(under) : share * of_identified;
+    const bool is_tried = trials.bandwidth_hz && trials.take_one();
+    const double least = is_tried ? trials.bandwidth_hz(under) : share * of_identified;
     if (least < *options.least_bandwidth_hz) continue;
     could = fmt::format("; with .largest_sensitivity {:g} and .{} {:g} a {} reaches about {:.3g} Hz",
                         under.largest_sensitivity, field, std::max(asked, looser.transfer), what, least);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <resonid/identification/tune.hpp>
 #include <span>
@@ -19,6 +20,10 @@ struct Trials {
   std::function<bool(const TuneOptions&)> succeeds;
   /// What it reaches, as it is compared with `least_bandwidth_hz`; 0 where there is none.
   std::function<double(const TuneOptions&)> bandwidth_hz;
+  /// How many more are made before what is told stays an estimate: a cascade takes a minute.
+  std::shared_ptr<int> left = std::make_shared<int>(0);
+
+  [[nodiscard]] bool take_one() const { return (*left)-- > 0; }
 };
 
 /// The one of which looser bounds are told: a P or a cascade that was asked for, else a PI.

@@ -163,7 +163,8 @@ void put_margins(const data::FrequencyResponse& plant, std::span<const double> r
 }
 
 /// Why a loop is not known to be stable, and what would tell.
-std::string untold_text(const design::LineStability& stability) {
+std::string untold_text(const design::ResponseLoop& loop) {
+  const auto& stability = loop.stability;
   const double f = stability.frequency_hz;
   switch (stability.tells) {
     case design::LinesTell::wrong_sign:
@@ -185,16 +186,15 @@ std::string untold_text(const design::LineStability& stability) {
     case design::LinesTell::ends_below_resonance:
     case design::LinesTell::ends_large:
       return "The loop is not known to be stable: " +
-             end_of_lines_words(f, stability.value, stability.most,
-                                stability.tells == design::LinesTell::ends_below_resonance, stability.grows) +
-             ".";
+             end_of_lines_words(f, stability.value, loop.end, stability.grows) + ".";
     default:
       return "By the turns of 1 + L along the lines the loop is unstable.";
   }
 }
 
 /// What a controller that was given may be: unstable, or beyond a bound.
-void judge(const design::LineStability& stability, Tuning& tuning) {
+void judge(const design::ResponseLoop& loop, Tuning& tuning) {
+  const auto& stability = loop.stability;
   const auto& c = tuning.proposed();
   if (c.within) return;
   std::string beyond;
@@ -205,14 +205,14 @@ void judge(const design::LineStability& stability, Tuning& tuning) {
   const bool ends = stability.tells == design::LinesTell::ends_below_resonance ||
                     stability.tells == design::LinesTell::ends_large;
   const bool is_unstable = stability.tells == design::LinesTell::unstable;
-  tuning.findings.push_back({c.stable      ? "bounds-exceeded"
-                             : is_unstable ? "design-unstable"
-                                           : "stability-not-told",
-                             diagnostics::Severity::error,
-                             ends ? std::optional(stability.value) : std::nullopt,
-                             {},
-                             c.stable ? "Responses within the error bars exceed a bound: " + beyond + "."
-                                      : untold_text(stability)});
+  tuning.findings.push_back(
+      {c.stable      ? "bounds-exceeded"
+       : is_unstable ? "design-unstable"
+                     : "stability-not-told",
+       diagnostics::Severity::error,
+       ends ? std::optional(stability.value) : std::nullopt,
+       {},
+       c.stable ? "Responses within the error bars exceed a bound: " + beyond + "." : untold_text(loop)});
 }
 
 /// What the bounds are worth above the last line.
@@ -366,7 +366,7 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
   }
   if (controller.stable) put_margins(plant, disks->radii, controller);  // else they mean nothing
   tuning.candidates = {std::move(controller)};
-  judge(found->stability, tuning);
+  judge(*found, tuning);
   promise_ends(plant, *found, tuning);
   if (options.running) {
     auto running = law_of(options.running->sampled(step)).what;

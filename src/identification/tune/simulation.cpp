@@ -300,7 +300,7 @@ class Simulator {
       // What is summed up until it has settled is not all there after a cut.
       const bool cut = told_cut_ && (figure.name == "load_step_iae" || figure.name == "reference_settling_s");
       if (!figure.promised || cut) continue;
-      double room = figure.name == "reference_overshoot" || figure.name == "swing_left"
+      double room = figure.name == "reference_overshoot" || figure.name == "deviation_left"
                         ? kPoints
                         : kPart * std::abs(*figure.promised);
       if (figure.name == "reference_settling_s") room += 1.5 * t_.sample_time_s;
@@ -363,7 +363,7 @@ class Simulator {
         run.torque.begin(), run.torque.end(), [](double a, double b) { return std::abs(a) < std::abs(b); }));
     const double step = t_.options.reference_step;
     if (!config.motion.shaper_times_s.empty()) {
-      put_swing(c, run);
+      put_deviation(c, run);
       run.figures.push_back({"reference_peak_torque", t_.units.torque,
                              linear_run(c, run.reference, no_torque(run)).peak_torque, peak});
     } else if (what.starts_with("reference")) {
@@ -377,7 +377,7 @@ class Simulator {
       put(run, c, "reference_overshoot", 100.0 * overshoot);
       put(run, c, "reference_settling_s", std::max(0.0, settled - begin));
       put(run, c, "reference_peak_torque", peak);
-      if (&c == &t_.proposed() && shaper() != nullptr) put_swing(c, run);
+      if (&c == &t_.proposed() && shaper() != nullptr) put_deviation(c, run);
     } else if (what.starts_with("load")) {
       const auto away = way_off(c.position_gain ? motor : run.velocity, run.reference, step_at_s,
                                 c.position_gain.has_value());
@@ -399,7 +399,7 @@ class Simulator {
 
   /// How far the load is off a step when the shaper's last impulse and a period of its mode are over, whether
   /// it was shaped or not.
-  void put_swing(const TunedController& c, SimulatedRun& run) const {
+  void put_deviation(const TunedController& c, SimulatedRun& run) const {
     const double wait_s = std::max(shaper()->duration_s, 1.0 / t_.shaped_mode->frequency_hz);
     const auto begin = std::ranges::find_if(run.reference, [](double r) { return r > 0.0; });
     const auto from = static_cast<std::size_t>(begin - run.reference.begin()) +
@@ -410,8 +410,8 @@ class Simulator {
         largest = std::max(largest, std::abs(load[k] / t_.options.reference_step - 1.0));
       return 100.0 * largest;
     };
-    run.figures.push_back(
-        {"swing_left", "%", swing(linear_run(c, run.reference, no_torque(run)).load), swing(run.velocity)});
+    run.figures.push_back({"deviation_left", "%", swing(linear_run(c, run.reference, no_torque(run)).load),
+                           swing(run.velocity)});
   }
 
   /// [sample] Torque by the reference alone. That against dry friction is not in it: the linear loop has

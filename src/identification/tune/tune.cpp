@@ -371,6 +371,8 @@ class Tuner {
   /// None of one design for all positions, of which no refusal is told.
   [[nodiscard]] Trials trials() const {
     if (!options_.positions.empty()) return {};
+    constexpr int kQuick = 30, kSearched = 2;
+    const bool is_quick = simple_structure(options_.structure) != Structure::cascade;
     return {[this](const TuneOptions& under) {
               const Tuner other(results_, under);
               auto bounds = other.simple_bounds();
@@ -382,7 +384,8 @@ class Tuner {
               const auto found = other.simple_law(bounds);
               if (!found) return 0.0;
               return reached_of(other.described(*found, bounds, false).figure("load_bandwidth_hz"));
-            }};
+            },
+            std::make_shared<int>(is_quick ? kQuick : kSearched)};
   }
 
   /// Else what keeps it from crossing where the machines were measured.

@@ -34,7 +34,7 @@ constexpr std::array kFigures = {
     FigureWords{"position_error_during", "position error during it", "position error during it"},
     FigureWords{"position_error_after", "position error after it", "position error after it"},
     FigureWords{"noise_gain", "torque per velocity noise (rms)", "noise gain"},
-    FigureWords{"swing_left", "swing of the load that is left", "swing of the load that is left"},
+    FigureWords{"deviation_left", "deviation of the load that is left", "deviation of the load that is left"},
     FigureWords{"reference_overshoot", "reference step: overshoot", "overshoot of the load"},
     FigureWords{"reference_settling_s", "reference step: settling", "settling of the load"},
     FigureWords{"reference_peak_torque", "reference step: peak torque", "peak torque"},

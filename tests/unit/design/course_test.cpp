@@ -28,6 +28,12 @@ Eigen::MatrixXd turning(double radius, double angle) {
   return radius * a;
 }
 
+TEST(Course, SumsUpWhatTakesHundredsOfMillionsOfSamples) {
+  const Pair slowest{1.0 - 1e-6, 1.0 - 1e-7};
+  const auto whole = course_of(slowest.a(), Pair::input(), slowest.output(), slowest.q, 1e-9, 1000);
+  EXPECT_NEAR(whole.absolute, 1e7 - 1e6, 1e-5 * 1e7);
+}
+
 TEST(Course, SumsUpWhatTakesAMillionSamples) {
   const Pair pair{1.0 - 1e-4, 1.0 - 1e-5};
   const auto course = course_of(pair.a(), Pair::input(), pair.output(), pair.q, 1e-9, 1000);

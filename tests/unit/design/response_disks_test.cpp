@@ -230,7 +230,7 @@ TEST(ResponseDisks, TellNoStabilityWhereTheLinesEndTooEarly) {
   EXPECT_EQ(flank.stability.tells, LinesTell::ends_below_resonance);
   EXPECT_EQ(flank.stability.frequency_hz, 14.0);
   EXPECT_NEAR(flank.stability.value, 0.348, 0.02);
-  EXPECT_EQ(flank.stability.most, 0.02);
+  EXPECT_EQ(flank.end.largest_loop(), 0.02);
   EXPECT_EQ(judged(part_of(g.of(0.01), 0.0, 14.0), 0.4).stability.tells, LinesTell::ends_below_resonance);
 
   const auto large = judged(inertia(8.0), 2.0);
@@ -356,10 +356,13 @@ TEST(ResponseDisks, JudgeAZeroAtTheLastLineByWhatIsBeyond) {
 /// |G| at lines 2 % apart from 1 to 20 Hz, each to a part of it.
 template <class Size>
 MachineEnd end_of(Size&& size, double part = 0.0) {
-  std::vector<double> f;
-  for (double hz = 1.0; hz <= 20.0; hz *= 1.02) f.push_back(hz);
-  return machine_end(
-      f, [&](std::size_t i) { return size(f[i]); }, [&](std::size_t i) { return part * size(f[i]); }, kStep);
+  std::vector<double> f, sizes, radii;
+  for (double hz = 1.0; hz <= 20.0; hz *= 1.02) {
+    f.push_back(hz);
+    sizes.push_back(size(hz));
+    radii.push_back(part * sizes.back());
+  }
+  return machine_end(f, sizes, radii, kStep);
 }
 
 TEST(MachineEnd, IsThatOfAnInertia) {
@@ -401,16 +404,53 @@ TEST(MachineEnd, TakesNoLagAndNoNoiseForAResonance) {
   for (unsigned seed = 0; seed < 200; ++seed) {
     std::mt19937 random(seed);
     std::normal_distribution<double> normal;
-    std::vector<double> f, size;
-    for (double hz = 1.0; hz <= 20.0; hz *= 1.02) {
-      f.push_back(hz);
-      size.push_back(std::hypot(1.0 + kDeviation * normal(random), kDeviation * normal(random)) / hz);
-    }
-    const auto end = machine_end(
-        f, [&](std::size_t i) { return size[i]; },
-        [&](std::size_t i) { return kTimes * kDeviation * size[i]; }, kStep);
+    const auto end = end_of(
+        [&](double hz) {
+          return std::hypot(1.0 + kDeviation * normal(random), kDeviation * normal(random)) / hz;
+        },
+        kTimes * kDeviation);
     EXPECT_FALSE(end.is_below_resonance()) << seed;
   }
+}
+
+/// Beyond one resonance lines may end before the next; friction lets w rise too, which is no peak.
+TEST(MachineEnd, TellsTheNextResonanceAndFriction) {
+  const auto pair = [](double f, double fa, double fr) {
+    const double a = f / fa, r = f / fr;
+    return std::hypot(1.0 - a * a, 0.02 * a) / std::hypot(1.0 - r * r, 0.02 * r);
+  };
+  const auto two = [&](double fa2, double fr2) {
+    return end_of([&](double f) { return pair(f, 6.0, 8.0) * pair(f, fa2, fr2) / f; });
+  };
+  EXPECT_TRUE(two(20.0, 25.0).dips);
+  EXPECT_GT(two(20.0, 25.0).size, 0.9 / 20.0);
+  EXPECT_TRUE(two(16.0, 23.0).rises);
+  EXPECT_FALSE(two(9.0, 12.0).is_below_resonance());
+  EXPECT_FALSE(two(60.0, 80.0).is_below_resonance());
+  const auto rubbing = [&](double corner_hz) {
+    return end_of([&](double f) { return pair(f, 21.0, 30.0) / std::hypot(f, corner_hz); });
+  };
+  for (const double corner_hz : {1.0, 5.0, 8.0}) EXPECT_TRUE(rubbing(corner_hz).dips) << corner_hz;
+}
+
+/// By differences an inertia's is |cos(pi f Ts)| less, 0.05 at the last of these lines.
+TEST(MachineEnd, TakesNoVelocityByDifferencesForADip) {
+  for (const double to_hz : {120.0, 170.0, 200.0, 236.0}) {
+    std::vector<double> f, sizes;
+    for (double hz = 1.0; hz <= to_hz; hz += 1.0) {
+      f.push_back(hz);
+      sizes.push_back(1.0 / (2.0 * std::tan(kPi * hz * kStep)));
+    }
+    EXPECT_FALSE(machine_end(f, sizes, std::vector<double>(f.size(), 0.0), kStep).is_below_resonance())
+        << to_hz;
+  }
+}
+
+TEST(MachineEnd, AsksForLinesInTheLastOctave) {
+  const std::vector<double> f = {1.0, 2.0, 4.0, 6.0, 8.0}, sizes = {1.0, 0.5, 0.25, 1.0 / 6.0, 0.125};
+  const auto end = machine_end(f, sizes, std::vector<double>(5, 0.0), kStep);
+  EXPECT_TRUE(end.is_sparse && end.is_below_resonance());
+  EXPECT_FALSE(end.rises || end.dips);
 }
 
 /// Two masses whose lines end anywhere from the anti-resonance to beyond the resonance: by the poles of the

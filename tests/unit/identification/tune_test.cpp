@@ -1607,7 +1607,7 @@ TEST(Tune, SimulatesAStepThroughTheShaper) {
   std::vector<double> left;
   for (const auto& run : tuning->simulated)
     for (const auto& figure : run.figures)
-      if (figure.name == "swing_left") {
+      if (figure.name == "deviation_left") {
         EXPECT_NEAR(figure.simulated, *figure.promised, 0.5) << run.what;
         left.push_back(figure.simulated);
       }

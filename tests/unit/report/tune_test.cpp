@@ -415,7 +415,7 @@ TEST(TuneText, SaysOfEverySimulatedRunWhatItWas) {
   ASSERT_EQ(t.proposed().figures[9].name, "load_step_iae");
   t.simulated = {
       {"reference step", {}, {}, {}, {}, {{"reference_peak_torque", "Nm", 2.0, 2.1}}},
-      {"reference step through the shaper", {}, {}, {}, {}, {{"swing_left", "%", 0.1, 0.2}}},
+      {"reference step through the shaper", {}, {}, {}, {}, {{"deviation_left", "%", 0.1, 0.2}}},
       {"load step", {}, {}, {}, {}, {{"load_step_iae", "rad", 0.5 * of_one, 0.55 * of_one}}},
       {"motion", {}, {}, {}, {}, {{"peak_torque", "Nm", 0.4, 0.5}}},
       {"motion without feed-forward", {}, {}, {}, {}, {{"position_error_during", "rad", 0.28, 0.29}}},

@@ -143,16 +143,15 @@ std::optional<std::string> may_rise_above(const data::FrequencyResponse& lines,
                                           const data::TransferFunction& controller,
                                           const design::ControllerByLines& outside, double confidence) {
   const double each = 1.0 - (1.0 - confidence) / static_cast<double>(lines.lines());
-  const auto gain = [&](std::size_t i) { return std::abs(controller.response(lines.frequency_hz[i])); };
-  const auto end = design::machine_end(
-      lines.frequency_hz, [&](std::size_t i) { return std::abs(lines.value[i]) / gain(i); },
-      [&](std::size_t i) {
-        return lines.std.empty() ? 0.0 : data::confidence_radius(lines.std[i], each) / gain(i);
-      },
-      controller.sample_time_s);
+  std::vector<double> sizes, radii;
+  for (std::size_t i = 0; i < lines.lines(); ++i) {
+    const double gain = std::abs(controller.response(lines.frequency_hz[i]));
+    sizes.push_back(std::abs(lines.value[i]) / gain);
+    radii.push_back(lines.std.empty() ? 0.0 : data::confidence_radius(lines.std[i], each) / gain);
+  }
+  const auto end = design::machine_end(lines.frequency_hz, sizes, radii, controller.sample_time_s);
   if (!design::ends_too_large(end, outside.largest_beyond)) return std::nullopt;
-  return end_of_lines_words(lines.frequency_hz.back(), end.size * outside.largest_beyond, end.largest_loop(),
-                            end.is_below_resonance(), outside.grows);
+  return end_of_lines_words(lines.frequency_hz.back(), end.size * outside.largest_beyond, end, outside.grows);
 }
 
 Finding not_judged(const std::string& why) {
