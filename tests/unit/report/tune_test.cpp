@@ -425,8 +425,8 @@ TEST(TuneText, SaysOfEverySimulatedRunWhatItWas) {
   ASSERT_GT(list.size(), 5U);
   EXPECT_EQ(
       list[list.size() - 4],
-      "On the simulated machine, reference step of 1.50 rad/s through the shaper: swing of the load that "
-      "is left 0.200 % (promised 0.100 %).");
+      "On the simulated machine, reference step of 1.50 rad/s through the shaper: deviation of the load "
+      "that is left 0.200 % (promised 0.100 %).");
   std::vector<std::string> last(list.end() - 5, list.end());
   last.erase(last.begin() + 1);
   EXPECT_EQ(
