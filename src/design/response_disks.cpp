@@ -8,6 +8,7 @@
 
 #include "design/disk_loop.hpp"
 #include "design/ends_of_lines.hpp"
+#include "design/polynomial.hpp"
 #include "linalg/decompositions.hpp"
 
 namespace resonid::design {
@@ -367,23 +368,12 @@ double largest_beyond(const data::TransferFunction& controller, const Controller
   return most;
 }
 
-/// A machine that integrates its torque stands under a constant load only by a controller that acts on that.
-bool acts_at_standstill(const data::TransferFunction& controller) {
-  constexpr double kNothing = 1e-12;
-  double sum = 0.0, sizes = 0.0;
-  for (const double term : controller.numerator) {
-    sum += term;
-    sizes += std::abs(term);
-  }
-  return std::abs(sum) > kNothing * sizes;
-}
-
 }  // namespace
 
 expected<ControllerByLines> controller_by_lines(const data::TransferFunction& controller,
                                                 const std::vector<double>& lines_hz) {
-  constexpr double kGrows = 1.05;
-  if (!acts_at_standstill(controller))
+  constexpr double kGrows = 1.05, kNothing = 1e-12;
+  if (is_zero_at_standstill(controller.numerator, kNothing))
     return refuse("controller", "must have a gain at standstill: without one any load runs away");
   const auto poles = poles_of(controller);
   if (!poles) return tl::unexpected(poles.error());

@@ -194,12 +194,7 @@ TunedFeedForward feed_forward_of(const fit::DriveModel& machine, double coulomb)
 
 bool integrates(const data::TransferFunction& controller) {
   constexpr double kRounding = 1e-7;
-  double sum = 0.0, size = 0.0;
-  for (const double term : controller.denominator) {
-    sum += term;
-    size += std::abs(term);
-  }
-  return std::abs(sum) < kRounding * size;
+  return design::is_zero_at_standstill(controller.denominator, kRounding);
 }
 
 void set_weight(Law& law, double weight) {
