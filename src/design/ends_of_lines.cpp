@@ -40,10 +40,11 @@ class Ends {
     end_.is_whole = 2.0 * last().frequency_hz * sample_time_s_ >= kNearlyHalf;
     if (end_.is_whole) return end_;
     look_for_flank();
+    by_differences_ = falls_as_differences();
     const auto peak = passed_peak();
     const double level = peak ? level_below(*peak) : largest_in(kTwoOctaves);
     constexpr double kLag = 0.85;  // room for lags
-    end_.dips = peak ? without_cosine() < kLag * level : falls_to_dip(level);
+    end_.dips = peak ? without_cosine(last(), last().most()) < kLag * level : falls_to_dip(level);
     if (end_.rises) count_inertia(largest_in(kTwoOctaves));
     if (!peak || end_.dips) count_inertia(level);
     return end_;
@@ -60,10 +61,20 @@ class Ends {
   [[nodiscard]] bool is_within(const Group& g, double times) const {
     return times * g.frequency_hz >= last().frequency_hz;
   }
-  /// w at the last lines where the velocity comes by differences, which an inertia's leaves as it is.
-  [[nodiscard]] double without_cosine() const {
+  [[nodiscard]] double cosine(const Group& g) const {
     constexpr double kLeast = 0.05;
-    return last().most() / std::max(kLeast, std::cos(kPi * last().frequency_hz * sample_time_s_));
+    return std::max(kLeast, std::cos(kPi * g.frequency_hz * sample_time_s_));
+  }
+  /// Along the last octave an inertia's velocity by differences falls by the cosine, and hardly more.
+  [[nodiscard]] bool falls_as_differences() const {
+    constexpr double kFlat = 0.75;
+    return std::ranges::all_of(groups_, [&](const Group& g) {
+      return !is_within(g, kOctave) || kFlat * g.least() / cosine(g) <= last().most() / cosine(last());
+    });
+  }
+  /// One that is measured has no cosine in it.
+  [[nodiscard]] double without_cosine(const Group& g, double w) const {
+    return by_differences_ ? w / cosine(g) : w;
   }
   [[nodiscard]] double largest_in(double times) const {
     double largest = 0.0;
@@ -125,18 +136,19 @@ class Ends {
 
   [[nodiscard]] bool falls_to_dip(double level) const {
     constexpr double kLittle = 0.25, kLess = 0.6, kSteep = 1.5, kQuarter = 1.19;
-    const double w = without_cosine();
+    const double w = without_cosine(last(), last().most());
     if (w < kLittle * level) return true;
     if (!(w < kLess * level)) return false;
     for (const Group& g : groups_) {
-      const double octaves = std::log(last().frequency_hz / g.frequency_hz);
-      if (kQuarter * g.frequency_hz < last().frequency_hz)
-        return std::log(std::max(g.least(), 0.0) / w) > kSteep * octaves;
+      if (!(kQuarter * g.frequency_hz < last().frequency_hz)) continue;
+      const double way = std::log(per_inertia(last().frequency_hz) / per_inertia(g.frequency_hz));
+      return std::log(std::max(without_cosine(g, g.least()), 0.0) / w) > kSteep * way;
     }
     return false;
   }
 
   double sample_time_s_;
+  bool by_differences_ = false;
   std::vector<Group> groups_;
   MachineEnd end_;
 };

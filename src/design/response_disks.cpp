@@ -6,6 +6,7 @@
 #include <functional>
 #include <resonid/base/constants.hpp>
 
+#include "design/between_lines.hpp"
 #include "design/disk_loop.hpp"
 #include "design/ends_of_lines.hpp"
 #include "design/polynomial.hpp"
@@ -26,22 +27,25 @@ struct WholeController {
 
 class DiskSearch {
  public:
-  /// `filter` stands behind the gains, at every line; of a controller that is given whole it is all of it,
-  /// and the gains are 1 and 0.
-  DiskSearch(const ResponseDisks& response, std::span<const Complex> filter, const Bounds& bounds,
+  /// `filter_at` stands behind the gains; of a controller that is given whole it is all of it, and the gains
+  /// are 1 and 0.
+  template <class Filter>
+  DiskSearch(const ResponseDisks& response, Filter&& filter_at, const Bounds& bounds,
              std::optional<AntiResonance> load, double filter_beyond,
              std::optional<WholeController> whole = {})
       : bounds_(bounds),
         transfers_(bounded_transfers(bounds)),
         whole_(std::move(whole)),
         filter_beyond_(filter_beyond) {
+    auto filled = between_lines(response.frequencies_hz, response.centres, response.radii);
+    const std::vector<Complex> filter = filter_at(filled.frequencies_hz);
     for (std::size_t i = 0; i < filter.size(); ++i) {
-      const double f = response.frequencies_hz[i];
+      const double f = filled.frequencies_hz[i];
       DiskLine line{f,
                     filter[i],
                     integrator_at(f, response.sample_time_s),
-                    filter[i] * response.centres[i],
-                    response.radii[i] * std::abs(filter[i]),
+                    filter[i] * filled.values[i],
+                    filled.radii[i] * std::abs(filter[i]),
                     0.0};
       if (load) {
         const Complex s(0.0, f / load->frequency_hz);
@@ -50,6 +54,7 @@ class DiskSearch {
       }
       lines_.push_back(line);
     }
+    is_measured_ = std::move(filled.measured);
     machine_ = whole_ ? response.centres.front() : lines_.front().measured;
     std::vector<double> sizes;
     for (const Complex& value : response.centres) sizes.push_back(std::abs(value));
@@ -68,7 +73,8 @@ class DiskSearch {
     std::optional<Gains> best;
     const auto look = [&](double kp) {
       const double ki = kp > 0.0 ? largest_integral(kp) : 0.0;
-      if (ki > (best ? best->ki : 0.0) && is_told_stable({kp, 0.5 * ki})) best = {kp, ki};
+      if (ki > (best ? best->ki : 0.0) && is_told_stable({kp, 0.5 * ki}) && is_told_stable({kp, ki}))
+        best = {kp, ki};
     };
     for (int i = 1; i < kGains; ++i) look(limit * i / kGains);
     if (!best) return best;
@@ -84,7 +90,7 @@ class DiskSearch {
   /// Of 1 + L between neighbouring lines.
   [[nodiscard]] double largest_turn_deg(const Gains& gains) const {
     double most = 0.0;
-    for (const double turn : turns(gains)) most = std::max(most, std::abs(turn));
+    for (const auto& turn : turns(gains)) most = std::max(most, std::abs(turn.angle));
     return most * 180.0 / kPi;
   }
 
@@ -96,13 +102,13 @@ class DiskSearch {
       return {LinesTell::wrong_sign, lines_.front().frequency_hz,
               std::arg(machine_ * Complex(0.0, 1.0)) * 180.0 / kPi};
     const auto all = turns(gains);
-    for (std::size_t i = 0; i < all.size(); ++i)
-      if (const double deg = std::abs(all[i]) * 180.0 / kPi; !(deg < kMostTurnDeg))
-        return {LinesTell::turns_far, lines_[i + 1].frequency_hz, deg};
+    for (const auto& turn : all)
+      if (const double deg = std::abs(turn.angle) * 180.0 / kPi; !(deg < kMostTurnDeg))
+        return {LinesTell::turns_far, turn.frequency_hz, deg};
     const auto begin = begins_at(gains);
     if (!begin) return {LinesTell::unstable};
     double around = *begin - std::arg(returned(lines_.size() - 1, gains));
-    for (const double turn : all) around += turn;
+    for (const auto& turn : all) around += turn.angle;
     return {std::abs(around) < 0.5 * kPi ? LinesTell::stable : LinesTell::unstable};
   }
   [[nodiscard]] bool is_told_stable(const Gains& gains) const {
@@ -112,9 +118,10 @@ class DiskSearch {
   /// Of every response within the disks.
   [[nodiscard]] LineStability stability(const Gains& gains) const {
     if (const auto found = along(gains); found.tells != LinesTell::stable) return found;
-    for (const DiskLine& line : lines_)
-      if (const DiskLoop loop(line, gains.kp, gains.ki); !(std::abs(loop.returned) > loop.reach))
-        return {LinesTell::passes_zero, line.frequency_hz, std::abs(loop.returned - 1.0)};
+    for (std::size_t i = 0; i < lines_.size(); ++i)
+      if (const DiskLoop loop(lines_[i], gains.kp, gains.ki); !(std::abs(loop.returned) > loop.reach))
+        return {is_measured_[i] ? LinesTell::passes_zero : LinesTell::passes_zero_between,
+                lines_[i].frequency_hz, std::abs(loop.returned - 1.0)};
     if (!ends_too_large(end_, largest_beyond(gains))) return {};
     return {end_.is_below_resonance() ? LinesTell::ends_below_resonance : LinesTell::ends_large,
             lines_.back().frequency_hz, largest_loop_beyond(gains), whole_ && whole_->outside.grows};
@@ -245,10 +252,22 @@ class DiskSearch {
   [[nodiscard]] Complex returned(std::size_t i, const Gains& gains) const {
     return DiskLoop(lines_[i], gains.kp, gains.ki).returned;
   }
-  [[nodiscard]] std::vector<double> turns(const Gains& gains) const {
-    std::vector<double> found;
-    for (std::size_t i = 1; i < lines_.size(); ++i)
-      found.push_back(std::arg(returned(i, gains) * std::conj(returned(i - 1, gains))));
+  /// From one measured line to the next, by what lies between them.
+  struct Turn {
+    double frequency_hz = 0.0, angle = 0.0;
+  };
+  [[nodiscard]] std::vector<Turn> turns(const Gains& gains) const {
+    std::vector<Turn> found;
+    double angle = 0.0;
+    auto before = returned(0, gains);
+    for (std::size_t i = 1; i < lines_.size(); ++i) {
+      const auto now = returned(i, gains);
+      angle += std::arg(now * std::conj(before));
+      before = now;
+      if (!is_measured_[i]) continue;
+      found.push_back({lines_[i].frequency_hz, angle});
+      angle = 0.0;
+    }
     return found;
   }
 
@@ -264,7 +283,8 @@ class DiskSearch {
   const Bounds& bounds_;
   std::vector<Transfer> transfers_;
   std::optional<WholeController> whole_;
-  std::vector<DiskLine> lines_;
+  std::vector<DiskLine> lines_;  ///< And places between them.
+  std::vector<bool> is_measured_;
   Complex machine_;  ///< Its response at the first line.
   MachineEnd end_;
   double filter_beyond_ = 1.0;  ///< The largest of the filter behind the gains from the last line on.
@@ -386,12 +406,14 @@ expected<ControllerByLines> controller_by_lines(const data::TransferFunction& co
 expected<ResponseDesign> largest_integral_gain(const ResponseDisks& response, std::span<const Biquad> biquads,
                                                const Bounds& bounds, std::optional<AntiResonance> load) {
   if (const auto valid = check_disks(response, bounds, load); !valid) return tl::unexpected(valid.error());
-  const auto filter = filter_values(biquads, response.frequencies_hz, response.sample_time_s);
+  const auto filter_at = [&](std::span<const double> f) {
+    return filter_values(biquads, f, response.sample_time_s);
+  };
   const FilteredPi alone{1.0, 0.0, {biquads.begin(), biquads.end()}};
   const auto outside =
       controller_by_lines(alone.transfer_function(response.sample_time_s), response.frequencies_hz);
   if (!outside) return refuse("biquads", outside.error().requirement.str());
-  const DiskSearch search(response, filter, bounds, load, outside->largest_beyond);
+  const DiskSearch search(response, filter_at, bounds, load, outside->largest_beyond);
   const auto best = search.best();
   constexpr const char* kBelowResonance =
       "must not end below a resonance, where it rises or falls as before an anti-resonance; excite beyond it";
@@ -421,7 +443,7 @@ expected<ResponseLoop> judged_by_response(const ResponseDisks& response,
   if (!outside) return tl::unexpected(outside.error());
   const LinearController whole(controller);
   const DiskSearch search(
-      response, whole.at(response.frequencies_hz), bounds, load, 1.0,
+      response, [&whole](std::span<const double> f) { return whole.at(f); }, bounds, load, 1.0,
       WholeController{[&whole](double f) { return whole.at(std::array{f}).front(); }, *outside});
   constexpr DiskSearch::Gains kAsGiven{1.0, 0.0};
   const auto crossover_hz = search.crossover_hz(kAsGiven);

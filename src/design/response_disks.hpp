@@ -43,6 +43,7 @@ enum class LinesTell {
   wrong_sign,            ///< The response begins with more than a quarter turn away from an inertia's.
   turns_far,             ///< 1 + L turns by more than 90 deg from one line to the next.
   passes_zero,           ///< A response within the disks takes 1 + L to 0.
+  passes_zero_between,   ///< The same between lines.
   ends_below_resonance,  ///< ends_too_large(), on its flank or before its anti-resonance.
   ends_large             ///< ends_too_large()
 };
@@ -68,7 +69,7 @@ struct ControllerByLines {
 struct ResponseLoop {
   double crossover_hz = 0.0;      ///< The last one.
   std::vector<Peak> worst;        ///< Of every bounded transfer, over all disks of all lines.
-  double largest_turn_deg = 0.0;  ///< Of 1 + L between neighbouring lines.
+  double largest_turn_deg = 0.0;  ///< Of 1 + L from line to line.
   LineStability stability;
   MachineEnd end;
   double largest_beyond = 0.0;  ///< |L| that may be from the last line on.
@@ -81,11 +82,13 @@ struct ResponseDesign : ResponseLoop {
 /// is stable by the turns of 1 + L along the lines, for a drive that integrates the torque below the first
 /// line and has no unstable poles.
 ///
-/// Nothing is known between the lines or beyond them: a resonance narrower than their distance, or above the
-/// last, is not seen. So that little hides there, |L| stays below 1/2 at the last line, which bounds the
-/// gains (2 |L| is that line's Transfer::beyond_band), 1 + L must turn by less than 90 deg from line to line,
-/// |L| be above 1 at the first line, and not rise at the last where it is not small; each is refused
-/// otherwise. Disks take neighbouring lines for independent, which makes the gains conservative.
+/// Between the lines the response goes as between_lines() says: a resonance that shows by what its phase
+/// falls from one to the next counts as high as that tells, and the bounds hold there too; one that shows at
+/// neither line, or above the last one, is not seen. So that little hides there, |L| stays below 1/2 at the
+/// last line, which bounds the gains (2 |L| is that line's Transfer::beyond_band), 1 + L must turn by less
+/// than 90 deg from line to line, |L| be above 1 at the first line, and not rise at the last where it is not
+/// small; each is refused otherwise. Disks take neighbouring lines for independent, which makes the gains
+/// conservative.
 [[nodiscard]] expected<ResponseDesign> largest_integral_gain(const ResponseDisks& response,
                                                              std::span<const Biquad> biquads,
                                                              const Bounds& bounds,

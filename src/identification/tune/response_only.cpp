@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 
+#include "design/between_lines.hpp"
 #include "design/ends_of_lines.hpp"
 #include "design/line_margins.hpp"
 #include "design/response_disks.hpp"
@@ -66,14 +67,25 @@ std::optional<design::AntiResonance> anti_resonance(const Result& result) {
   return std::nullopt;
 }
 
-/// What lines tell of a loop.
+/// A response at its lines, as it was measured, and between them.
+struct LinesOfPlant {
+  data::FrequencyResponse measured;
+  design::FilledLines filled;
+
+  LinesOfPlant(data::FrequencyResponse plant, std::span<const double> radii)
+      : measured(std::move(plant)),
+        filled(design::between_lines(measured.frequency_hz, measured.value, radii)) {}
+};
+
+/// What lines tell of a loop, and places between them.
 class LineFigures {
  public:
-  LineFigures(const data::FrequencyResponse& plant, const data::TransferFunction& controller)
-      : plant_(plant) {
-    for (std::size_t i = 0; i < plant.lines(); ++i) {
-      c_.push_back(controller.response(plant.frequency_hz[i]));
-      loop_.push_back(c_.back() * plant.value[i]);
+  LineFigures(std::span<const double> frequencies_hz, std::span<const std::complex<double>> plant,
+              const data::TransferFunction& controller)
+      : frequencies_hz_(frequencies_hz) {
+    for (std::size_t i = 0; i < plant.size(); ++i) {
+      c_.push_back(controller.response(frequencies_hz[i]));
+      loop_.push_back(c_.back() * plant[i]);
     }
   }
 
@@ -89,7 +101,7 @@ class LineFigures {
                                    (1.0 + loop_[i]));
       if (!(size > figure.value)) continue;
       figure.value = size;
-      figure.frequency_hz = plant_.frequency_hz[i];
+      figure.frequency_hz = frequencies_hz_[i];
     }
     return figure;
   }
@@ -98,15 +110,15 @@ class LineFigures {
   [[nodiscard]] design::LineMargins margins(std::span<const double> radii) const {
     std::vector<double> of_loop;
     for (std::size_t i = 0; i < loop_.size(); ++i) of_loop.push_back(std::abs(c_[i]) * radii[i]);
-    return design::line_margins(plant_.frequency_hz, loop_, of_loop);
+    return design::line_margins(frequencies_hz_, loop_, of_loop);
   }
 
-  void put_curves(LoopCurves& curves) const {
-    curves.frequency_hz = plant_.frequency_hz;
+  void put_curves(std::span<const double> stds, LoopCurves& curves) const {
+    curves.frequency_hz.assign(frequencies_hz_.begin(), frequencies_hz_.end());
     curves.loop = loop_;
     const auto phase = loop_phase_deg(loop_);
     for (std::size_t i = 0; i < loop_.size(); ++i) {
-      const double bar = 1.96 * std::abs(c_[i]) * plant_.std[i] / std::sqrt(2.0);
+      const double bar = 1.96 * std::abs(c_[i]) * stds[i] / std::sqrt(2.0);
       const double size = std::abs(loop_[i]), s = 1.0 / std::abs(1.0 + loop_[i]);
       put(curves.loop_size, size, bar);
       put(curves.loop_phase_deg, phase[i], std::atan2(bar, size) * 180.0 / kPi);
@@ -121,22 +133,24 @@ class LineFigures {
     band.low.push_back(value - bar);
     band.high.push_back(value + bar);
   }
-  const data::FrequencyResponse& plant_;
+  std::span<const double> frequencies_hz_;
   std::vector<std::complex<double>> c_, loop_;
 };
 
-void put_figures(const data::FrequencyResponse& plant, const Units& units, TunedController& controller) {
-  const LineFigures lines(plant, controller.feedback);
+void put_figures(const LinesOfPlant& plant, const Units& units, TunedController& controller) {
+  const LineFigures lines(plant.filled.frequencies_hz, plant.filled.values, controller.feedback);
   for (const auto transfer : {design::Transfer::sensitivity, design::Transfer::complementary,
                               design::Transfer::controller_sensitivity})
     controller.figures.push_back(lines.peak(transfer, units, controller));
-  lines.put_curves(controller.curves);
+  LineFigures(plant.measured.frequency_hz, plant.measured.value, controller.feedback)
+      .put_curves(plant.measured.std, controller.curves);
 }
 
 /// Margins, worst over the disks, and the crossover, of which the first one is told as everywhere.
-void put_margins(const data::FrequencyResponse& plant, std::span<const double> radii,
-                 TunedController& controller) {
-  const auto margins = LineFigures(plant, controller.feedback).margins(radii);
+void put_margins(const LinesOfPlant& plant, TunedController& controller) {
+  const auto& filled = plant.filled;
+  const auto margins =
+      LineFigures(filled.frequencies_hz, filled.values, controller.feedback).margins(filled.radii);
   for (std::size_t i = 0; i < margins.crossings.size(); ++i) {
     controller.crossings.push_back({margins.crossings[i]});
     controller.crossings.back().phase_margin_worst_deg = margins.worst_deg[i];
@@ -182,6 +196,12 @@ std::string untold_text(const design::ResponseLoop& loop) {
           "The loop is not known to be stable: at {:.3g} Hz L may be -1 within its error bar. Lower the "
           "gains, "
           "or excite more strongly there.",
+          f);
+    case design::LinesTell::passes_zero_between:
+      return fmt::format(
+          "The loop is not known to be stable: between the lines, at about {:.3g} Hz, L may be -1, by what "
+          "the response turns from one to the next. Record longer, which makes them denser, or lower the "
+          "gains.",
           f);
     case design::LinesTell::ends_below_resonance:
     case design::LinesTell::ends_large:
@@ -347,7 +367,8 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
   controller.within = controller.stable && std::ranges::all_of(found->worst, [](const design::Peak& worst) {
                         return worst.value <= (1.0 + kRoom) * worst.bound;
                       });
-  put_figures(plant, result.units, controller);
+  const LinesOfPlant lines(plant, disks->radii);
+  put_figures(lines, result.units, controller);
   constexpr double kActive = 0.985;
   for (const auto& worst : found->worst) {
     const auto name = std::string(figure_name(static_cast<std::size_t>(worst.transfer)));
@@ -364,7 +385,7 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
     at->bound = worst.bound;
     if (worst.value >= kActive * worst.bound) controller.limits.push_back(name);
   }
-  if (controller.stable) put_margins(plant, disks->radii, controller);  // else they mean nothing
+  if (controller.stable) put_margins(lines, controller);  // else they mean nothing
   tuning.candidates = {std::move(controller)};
   judge(*found, tuning);
   promise_ends(plant, *found, tuning);
@@ -372,8 +393,8 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
     auto running = law_of(options.running->sampled(step)).what;
     running.structure = "running";
     running.stable = true;  // it was recorded under it
-    put_figures(plant, result.units, running);
-    put_margins(plant, disks->radii, running);
+    put_figures(lines, result.units, running);
+    put_margins(lines, running);
     tuning.running = std::move(running);
   }
   tuning.findings.push_back(
@@ -382,8 +403,9 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
        {},
        {},
        fmt::format("The result holds no drive model: {} every response within the error bars of all "
-                   "{} lines, from {:.3g} to {:.3g} Hz. What lies between or beyond them is not known, and a "
-                   "drive that integrates its torque below them is taken for granted{}.",
+                   "{} lines, from {:.3g} to {:.3g} Hz. What lies beyond them, or between two of "
+                   "them and shows at neither, is not known, and a drive that integrates its torque below "
+                   "them is taken for granted{}.",
                    given ? "the controller is judged on" : "the gains suit", plant.lines(),
                    plant.frequency_hz.front(), plant.frequency_hz.back(),
                    load ? "" : "; without an anti-resonance nothing bounds the load")});

@@ -488,6 +488,44 @@ TEST(ResponseDisks, TellNoUnstableLoopStableAroundAResonance) {
   EXPECT_GT(unstable, 50);
 }
 
+/// Lines much farther apart than a resonance is wide, from below the anti-resonance to well above.
+TEST(ResponseDisks, TellNoUnstableLoopStableWhereAResonanceStandsBetweenLines) {
+  constexpr double kInertia = 0.05, kAntiResonance_hz = 30.0;
+  int stable = 0, unstable = 0;
+  for (const double ratio : {0.7, 2.0, 5.0})
+    for (const double damping : {0.001, 0.003, 0.01})
+      for (const double per_line : {1.03, 1.06, 1.1, 1.15, 1.17}) {
+        const double load = kInertia * ratio / (1.0 + ratio), w = kTwoPi * kAntiResonance_hz;
+        const auto machine = test::golden_machine(
+            {kInertia - load, load, load * w * w, 2.0 * damping * load * w}, kStep, 2.0 * kStep);
+        ResponseDisks disks;
+        disks.sample_time_s = kStep;
+        for (double f = 0.5; f <= 220.0; f *= per_line) disks.frequencies_hz.push_back(f);
+        for (const auto& value : machine.response().at(disks.frequencies_hz)) {
+          disks.centres.push_back(value.measured);
+          disks.radii.push_back(0.003 * std::abs(value.measured));
+        }
+        SCOPED_TRACE(testing::Message() << ratio << " " << damping << " " << per_line);
+        const auto design = largest_integral_gain(disks, {}, sensitivity_only());
+        if (design) {
+          EXPECT_TRUE(closed_loop(machine.states(), states_of(design->controller, kStep)).is_stable());
+          ++stable;
+        }
+        for (const double gain : {0.3, 0.5, 0.8, 1.2, 2.0, 4.0}) {  // crossover over anti-resonance, roughly
+          const double kp = gain * w * kInertia;
+          const FilteredPi controller{kp, kp / 0.3, {}};
+          const auto found =
+              judged_by_response(disks, controller.transfer_function(kStep), sensitivity_only());
+          if (!found) continue;
+          const bool is_stable = closed_loop(machine.states(), states_of(controller, kStep)).is_stable();
+          EXPECT_FALSE(found->stability.tells == LinesTell::stable && !is_stable) << gain;
+          unstable += is_stable ? 0 : 1;
+        }
+      }
+  EXPECT_GT(stable, 10);
+  EXPECT_GT(unstable, 50);
+}
+
 /// Between the last line and half of the rate the controller may resonate, as by a pole near -1; and one
 /// without a gain at standstill lets any load run away.
 TEST(ResponseDisks, LookAtTheControllerUpToHalfTheRate) {

@@ -9,6 +9,7 @@
 #include <resonid/base/constants.hpp>
 #include <resonid/online/supervision/loop_margins.hpp>
 
+#include "design/between_lines.hpp"
 #include "design/closed_loop.hpp"
 #include "design/ends_of_lines.hpp"
 #include "design/response_disks.hpp"
@@ -92,21 +93,48 @@ void include_delay_error(double std_s, LoopResult& loop) {
       std = std::hypot(*std, 360.0 * crossing.frequency_hz * std_s);
 }
 
+/// Of every line, within which the machine is on all of them.
+std::vector<double> radii_of_machine(const data::FrequencyResponse& loop,
+                                     const data::TransferFunction& controller, double confidence) {
+  const double each = 1.0 - (1.0 - confidence) / static_cast<double>(loop.lines());
+  std::vector<double> radii;
+  for (std::size_t i = 0; i < loop.lines(); ++i)
+    radii.push_back(loop.std.empty() ? 0.0
+                                     : data::confidence_radius(loop.std[i], each) /
+                                           std::abs(controller.response(loop.frequency_hz[i])));
+  return radii;
+}
+
+/// L at the lines and between them, by what the machine does there.
+design::FilledLines filled_loop(const data::FrequencyResponse& loop, const data::TransferFunction& controller,
+                                std::span<const double> radii) {
+  std::vector<std::complex<double>> machine;
+  for (std::size_t i = 0; i < loop.lines(); ++i)
+    machine.push_back(loop.value[i] / controller.response(loop.frequency_hz[i]));
+  auto filled = design::between_lines(loop.frequency_hz, machine, radii);
+  for (std::size_t i = 0; i < filled.values.size(); ++i)
+    filled.values[i] *= controller.response(filled.frequencies_hz[i]);
+  return filled;
+}
+
 /// The way of 1 + L from line to line.
 struct WayAroundZero {
   double end_deg = 0.0;                          ///< arg(1 + L) at the last line, without jumps.
   double largest_turn_deg = 0.0, turn_hz = 0.0;  ///< Between neighbouring lines.
 };
-WayAroundZero way_around_zero(const data::FrequencyResponse& loop, double begin_deg) {
+WayAroundZero way_around_zero(const design::FilledLines& loop, double begin_deg) {
   WayAroundZero way;
   way.end_deg = begin_deg;
-  for (std::size_t i = 1; i < loop.lines(); ++i) {
-    const double turn = std::arg((1.0 + loop.value[i]) / (1.0 + loop.value[i - 1])) * 180.0 / kPi;
+  double turn = 0.0;
+  for (std::size_t i = 1; i < loop.values.size(); ++i) {
+    turn += std::arg((1.0 + loop.values[i]) / (1.0 + loop.values[i - 1])) * 180.0 / kPi;
+    if (!loop.measured[i]) continue;
     way.end_deg += turn;
     if (std::abs(turn) > way.largest_turn_deg) {
       way.largest_turn_deg = std::abs(turn);
-      way.turn_hz = loop.frequency_hz[i];
+      way.turn_hz = loop.frequencies_hz[i];
     }
+    turn = 0.0;
   }
   return way;
 }
@@ -141,14 +169,11 @@ std::optional<double> begin_deg(const data::FrequencyResponse& loop, const data:
 /// What no line shows: a resonance above the last one may lift |L| to 1.
 std::optional<std::string> may_rise_above(const data::FrequencyResponse& lines,
                                           const data::TransferFunction& controller,
-                                          const design::ControllerByLines& outside, double confidence) {
-  const double each = 1.0 - (1.0 - confidence) / static_cast<double>(lines.lines());
-  std::vector<double> sizes, radii;
-  for (std::size_t i = 0; i < lines.lines(); ++i) {
-    const double gain = std::abs(controller.response(lines.frequency_hz[i]));
-    sizes.push_back(std::abs(lines.value[i]) / gain);
-    radii.push_back(lines.std.empty() ? 0.0 : data::confidence_radius(lines.std[i], each) / gain);
-  }
+                                          const design::ControllerByLines& outside,
+                                          std::span<const double> radii) {
+  std::vector<double> sizes;
+  for (std::size_t i = 0; i < lines.lines(); ++i)
+    sizes.push_back(std::abs(lines.value[i]) / std::abs(controller.response(lines.frequency_hz[i])));
   const auto end = design::machine_end(lines.frequency_hz, sizes, radii, controller.sample_time_s);
   if (!design::ends_too_large(end, outside.largest_beyond)) return std::nullopt;
   return end_of_lines_words(lines.frequency_hz.back(), end.size * outside.largest_beyond, end, outside.grows);
@@ -267,7 +292,8 @@ std::optional<Finding> judge_by_lines(const LoopResult& loop, const data::Transf
         first_hz));
   const auto begin = begin_deg(lines, controller, outside->integrators);
   if (!begin) return not_judged("the controller's gain has the wrong sign");
-  const auto way = way_around_zero(lines, *begin);
+  const auto radii = radii_of_machine(lines, controller, confidence);
+  const auto way = way_around_zero(filled_loop(lines, controller, radii), *begin);
   if (way.largest_turn_deg > kMostTurnDeg)
     return not_judged(
         fmt::format("at {:.3g} Hz 1 + L turns by {:.0f} deg from one to the next; record longer, "
@@ -297,7 +323,7 @@ std::optional<Finding> judge_by_lines(const LoopResult& loop, const data::Transf
                     "frequencies too",
                     last_size, last_hz));
   if (turns > 0) return not_judged("1 + L turns the other way than that of a machine that lags");
-  if (const auto why = may_rise_above(lines, controller, *outside, confidence)) return not_judged(*why);
+  if (const auto why = may_rise_above(lines, controller, *outside, radii)) return not_judged(*why);
   return std::nullopt;
 }
 
