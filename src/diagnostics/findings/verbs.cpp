@@ -141,7 +141,10 @@ constexpr FindingKind kTune[] = {
      "Too little excitation, or faults of the recording.", "Record again, with more excitation."},
     {"simulation-cut", "Simulation cut", "tune", TrustEffect::keeps,
      "The loop settles so slowly that its simulated steps end before it has.",
-     "A slow loop at a high sample rate, or a very slow pole.", "Read figures of the design in their place."},
+     "A slow loop at a high sample rate, a very slow pole, or a tooth belt whose cart comes to the end of "
+     "its "
+     "stroke.",
+     "Read figures of the design in their place; on a tooth belt take a smaller `.reference_step`."},
     {"promise-cut", "Promise cut", "tune", TrustEffect::keeps,
      "The loop settles so slowly that its steps are not followed to their end: what would depend on that is "
      "left out.",

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <resonid/base/error_text.hpp>
 #include <resonid/identification/tune.hpp>
 #include <resonid/plant/detail/simulation_error.hpp>
@@ -21,7 +22,8 @@ using plant::ControllerKind;
 using plant::ExperimentConfig;
 using plant::MotionKind;
 
-constexpr double kStepAt = 0.05;  // of the run
+constexpr double kStepAt = 0.05;        // of the run
+constexpr double kLeastSettling = 0.1;  // s
 
 plant::DriveConfig drive_config(const fit::DriveModel& m) {
   const auto& p = m.parameters;
@@ -107,6 +109,16 @@ class Simulator {
     if (std::abs(base_.run.sample_rate_hz * t_.sample_time_s - 1.0) > 0.01)
       return refuse("simulate", fmt::format("the experiment runs at {:g} Hz, the controller at {:g} Hz",
                                             base_.run.sample_rate_hz, 1.0 / t_.sample_time_s));
+    if (const double most = most_settling_in_stroke(); most < kLeastSettling) {
+      const auto& d = base_.drive;
+      const double least_s = 2.0 * kLeastSettling + further_s();
+      return refuse(
+          "reference_step",
+          fmt::format("must be at most {:.3g} {} on the simulated tooth belt: within the {:.3g} s of "
+                      "a step its cart would leave its stroke, {:g} ... {:g} m",
+                      room() / least_s, t_.units.velocity, least_s, d.stroke_from_m, d.stroke_to_m),
+          t_.options.reference_step);
+    }
     if (auto done = runs_of(t_.proposed(), ""); !done) return done;
     feed_forward_runs();
     if (!t_.running || t_.simulated.empty()) return {};
@@ -141,6 +153,56 @@ class Simulator {
     return {};
   }
 
+  /// [motion unit per shaft unit] A tooth belt's motion is that of its cart, m and m/s, and everything else
+  /// here that of the shaft.
+  [[nodiscard]] double motion_unit() const { return is_belt() ? base_.drive.radius_m : 1.0; }
+  [[nodiscard]] bool is_belt() const { return base_.drive.structure == plant::Structure::tooth_belt; }
+
+  /// What the cart may go beyond the reference's way: a load step pushes it by no more than its IAE, a
+  /// cascade by its peak.
+  [[nodiscard]] double aside_m() const {
+    constexpr double kLeast = 0.01, kMost = 0.45;  // of the stroke
+    const double stroke = base_.drive.stroke_to_m - base_.drive.stroke_from_m;
+    double aside = kLeast * stroke;
+    const auto include = [&](const TunedController& c) {
+      const auto* pushed = c.figure(c.position_gain ? "load_step_peak" : "load_step_iae");
+      if (c.stable && pushed != nullptr)
+        aside = std::max(aside, base_.drive.radius_m * load_torque() * pushed->value);
+    };
+    include(t_.proposed());
+    if (t_.running) include(*t_.running);
+    return std::min(aside, kMost * stroke);
+  }
+  /// Way of the shaft that the stroke of a tooth belt leaves.
+  [[nodiscard]] double room() const {
+    return (base_.drive.stroke_to_m - base_.drive.stroke_from_m - 2.0 * aside_m()) / base_.drive.radius_m;
+  }
+  /// What a step lasts beyond two settling times.
+  [[nodiscard]] double further_s() const {
+    return t_.sample_time_s + (shaper() != nullptr ? shaper()->duration_s : 0.0);
+  }
+  [[nodiscard]] double most_settling_in_stroke() const {
+    const bool in_order = plant::check(base_.drive).has_value();  // what is not is refused where it runs
+    if (!is_belt() || !in_order) return std::numeric_limits<double>::infinity();
+    return 0.5 * (room() / t_.options.reference_step - further_s());
+  }
+
+  /// A motion of the shaft in the plant's own unit, over `way` of the shaft from where the experiment begins;
+  /// a tooth belt's cart from no nearer to the ends of its stroke than it takes to stay within.
+  [[nodiscard]] plant::MotionConfig on_plant(plant::MotionConfig m, double way) const {
+    const double unit = motion_unit();
+    m.velocity *= unit;
+    m.acceleration *= unit;
+    m.jerk *= unit;
+    m.from = base_.motion.from;
+    if (is_belt()) {
+      const double last = base_.drive.stroke_to_m - aside_m() - way * unit;
+      m.from = std::max(base_.drive.stroke_from_m + aside_m(), std::min(m.from, last));
+    }
+    m.to = m.from + way * unit;
+    return m;
+  }
+
   /// From rest to rest over the velocity of the step, with limited jerk: with what the drive has, and not
   /// faster than the loop follows.
   [[nodiscard]] ExperimentConfig motion(double settling) const {
@@ -153,24 +215,24 @@ class Simulator {
       rise =
           std::max(rise, velocity * total_inertia(t_.machines.front()) / (kPart * *t_.options.torque_limit));
     config.disturbance = {};
-    config.motion = {};
-    config.motion.kind = MotionKind::s_curve;
-    config.motion.velocity = velocity;
-    config.motion.acceleration = velocity / rise;
-    config.motion.jerk = 2.0 * velocity / (rise * rise);
-    config.motion.from = base_.motion.from;
+    plant::MotionConfig shaft;
+    shaft.kind = MotionKind::s_curve;
+    shaft.velocity = velocity;
+    shaft.acceleration = velocity / rise;
+    shaft.jerk = 2.0 * velocity / (rise * rise);
+    shaft.wait_s = kStepAt * settling;
     // One and a half times the rise to get up to it, as long down again, and the settling in between.
-    config.motion.to = base_.motion.from + velocity * (1.5 * rise + settling);
-    config.motion.wait_s = kStepAt * settling;
+    config.motion = on_plant(shaft, velocity * (1.5 * rise + settling));
     config.run.duration_s = 3.0 * rise + 2.5 * settling;
     return config;
   }
 
   /// Until the slower of both controllers has let go of all but a thousandth, so that their steps stand at
-  /// one time; at most kLongest, and beyond kShort no more samples than a page can take.
+  /// one time; at most kLongest, beyond kShort no more samples than a page can take, and on a tooth belt no
+  /// longer than its stroke lets the cart go on.
   [[nodiscard]] double settling_s() {
-    constexpr double kLeast = 0.1, kLongest = 60.0, kShort = 5.0, kSamples = 20'000.0;
-    double longest = kLeast;
+    constexpr double kLongest = 60.0, kShort = 5.0, kSamples = 20'000.0;
+    double longest = kLeastSettling;
     const auto follow = [&](const TunedController& c) {
       if (!c.stable) return;
       const double decay = -std::log(std::clamp(c.spectral_radius, 0.1, 1.0 - 1e-12));
@@ -178,31 +240,33 @@ class Simulator {
     };
     follow(t_.proposed());
     if (t_.running) follow(*t_.running);
-    const double most = std::clamp(kSamples * t_.sample_time_s, kShort, kLongest);
+    const double most =
+        std::min(std::clamp(kSamples * t_.sample_time_s, kShort, kLongest), most_settling_in_stroke());
     if (longest > most && !told_cut_) {
       t_.findings.push_back(
           {"simulation-cut", diagnostics::Severity::info, longest, most,
-           fmt::format("The loop takes {:.3g} s to settle, and its steps are simulated for {:.3g} s: what "
+           fmt::format("The loop takes {:.3g} s to settle, and its steps are simulated for {:.3g} s{}: what "
                        "figures sum up until then, as IAE and settling, come out smaller than promised.",
-                       longest, most)});
+                       longest, most,
+                       most < most_settling_in_stroke() ? "" : ", as long as the cart stays in its stroke")});
       told_cut_ = true;
     }
     return std::min(longest, most);
   }
 
   /// As steep as a sample allows.
-  [[nodiscard]] ExperimentConfig reference_step(double settling) const {
+  [[nodiscard]] ExperimentConfig reference_step(double settling, double further = 0.0) const {
     ExperimentConfig config = base_;
     const double step = t_.options.reference_step;
     config.disturbance = {};
-    config.motion = {};
-    config.motion.kind = MotionKind::trapezoidal;
-    config.motion.velocity = step;
-    config.motion.acceleration = step / t_.sample_time_s;
-    config.motion.from = base_.motion.from;
-    config.motion.to = base_.motion.from + 20.0 * step * settling;
-    config.motion.wait_s = kStepAt * settling;
-    config.run.duration_s = 2.0 * settling;
+    config.run.duration_s = 2.0 * settling + further;
+    plant::MotionConfig shaft;
+    shaft.kind = MotionKind::trapezoidal;
+    shaft.velocity = step;
+    shaft.acceleration = step / t_.sample_time_s;
+    shaft.wait_s = kStepAt * settling;
+    // So far that it is still under way when the run ends.
+    config.motion = on_plant(shaft, step * (config.run.duration_s + t_.sample_time_s));
     return config;
   }
 
@@ -213,24 +277,23 @@ class Simulator {
   }
 
   [[nodiscard]] ExperimentConfig shaped_step(double settling) const {
-    ExperimentConfig config = reference_step(settling);
+    ExperimentConfig config = reference_step(settling, shaper()->duration_s);
     config.motion.shaper_amplitudes = shaper()->amplitudes;
     config.motion.shaper_times_s = shaper()->times_s;
-    config.run.duration_s += shaper()->duration_s;
     return config;
   }
 
   /// While it turns, since at rest dry friction takes small torques.
   [[nodiscard]] ExperimentConfig load_step(double settling) const {
     ExperimentConfig config = base_;
-    config.motion = {};
-    config.motion.kind = MotionKind::constant;
-    config.motion.velocity = t_.options.reference_step;
-    config.motion.from = base_.motion.from;
     config.disturbance = {};
     config.disturbance.load_step = {-load_torque()};
     config.disturbance.load_step_at_s = {kStepAt * settling};
     config.run.duration_s = 2.0 * settling;
+    plant::MotionConfig shaft;
+    shaft.kind = MotionKind::constant;
+    shaft.velocity = t_.options.reference_step;
+    config.motion = on_plant(shaft, shaft.velocity * config.run.duration_s);
     return config;
   }
 
@@ -368,9 +431,12 @@ class Simulator {
                              linear_run(c, run.reference, no_torque(run)).peak_torque, peak});
     } else if (what.starts_with("reference")) {
       // The step comes along a ramp of a sample, and a difference of positions is half a sample late.
+      constexpr double kReached = 1.0 - 1e-9;
       double overshoot = 0.0, settled = 0.0, begin = 0.5 * t_.sample_time_s;
+      bool reached = false;
       for (std::size_t k = 0; k < run.velocity.size(); ++k) {
-        begin += (1.0 - run.reference[k] / step) * t_.sample_time_s;
+        reached = reached || run.reference[k] >= kReached * step;
+        if (!reached) begin += (1.0 - run.reference[k] / step) * t_.sample_time_s;
         overshoot = std::max(overshoot, run.velocity[k] / step - 1.0);
         if (std::abs(run.velocity[k] / step - 1.0) > 0.02) settled = run.time_s[k] + t_.sample_time_s;
       }
@@ -421,8 +487,7 @@ class Simulator {
     std::vector<double> torque(samples, 0.0);
     const auto profile = plant::MotionProfile::create(config.motion);
     if (!c.feed_forward || !profile) return torque;
-    const bool belt = config.drive.structure == plant::Structure::tooth_belt;
-    const double at_shaft = belt ? 1.0 / config.drive.radius_m : 1.0;  // of what the reference asks for
+    const double at_shaft = 1.0 / motion_unit();
     for (std::size_t k = 0; k < samples; ++k) {
       const auto asked = profile->at(static_cast<double>(k) / config.run.sample_rate_hz);
       torque[k] = at_shaft *

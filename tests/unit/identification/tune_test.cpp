@@ -1479,6 +1479,95 @@ TEST(Tune, SimulatesWhatItPromises) {
   EXPECT_EQ(tuning->findings.back().id, "fails-in-simulation");
 }
 
+/// A tooth belt that is the two-mass machine with its cart at 5 m, and so long that its stiffness changes by
+/// 0.2 % per centimetre only. Motions are told for the cart, at 1 cm per radian.
+plant::DriveConfig tooth_belt_of(const data::TwoMassParameters& p, double stroke_from_m, double stroke_to_m) {
+  plant::DriveConfig belt;
+  belt.structure = plant::Structure::tooth_belt;
+  belt.driven_inertia = p.driven_inertia;
+  belt.radius_m = 0.01;
+  const double square = belt.radius_m * belt.radius_m;
+  belt.cart_mass_kg = p.load_inertia / square;
+  belt.upper_length_m = 17.0;
+  belt.lower_length_m = 20.0;
+  belt.specific_stiffness_n = p.stiffness / square / (1.0 / 5.0 + 1.0 / (12.0 + 20.0));
+  belt.stroke_from_m = stroke_from_m;
+  belt.stroke_to_m = stroke_to_m;
+  belt.quality = 1.0;
+  belt.quality = plant::at_driven_shaft(belt, 5.0).damping / p.damping;
+  return belt;
+}
+
+TEST(Tune, SimulatesAToothBeltInUnitsOfItsShaft) {
+  const auto result = identified();
+  const auto& p = result.model->drive.parameters;
+  const data::TwoMassParameters machine{p.driven_inertia, p.load_inertia, p.stiffness, p.damping, 0.0};
+  const auto o = few_draws();
+  const auto designed = tune(result, o);
+  ASSERT_TRUE(designed) << message_of(designed.error());
+  auto experiment = experiment_of(result, o);
+  experiment.drive = tooth_belt_of(machine, 4.95, 5.05);
+  experiment.motion.from = 5.0;
+  const auto same = plant::at_driven_shaft(experiment.drive, 5.0);
+  EXPECT_NEAR(same.stiffness, p.stiffness, 1e-9 * p.stiffness);
+  EXPECT_NEAR(same.damping, p.damping, 1e-9 * p.damping);
+  auto tuning = *designed;
+  auto done = simulate_on(tuning, experiment);
+  ASSERT_TRUE(done) << message_of(done.error());
+  ASSERT_EQ(tuning.simulated.size(), 3U);
+  EXPECT_EQ(tuning.simulated.back().what, "motion");
+  for (const auto& run : tuning.simulated) {
+    EXPECT_NEAR(*std::ranges::max_element(run.reference), o.reference_step, 1e-9) << run.what;
+    for (const auto& figure : run.figures) {
+      ASSERT_TRUE(figure.promised);
+      const double tolerance = figure.name == "reference_settling_s" ? 0.003 : 0.02 * *figure.promised + 0.01;
+      EXPECT_NEAR(figure.simulated, *figure.promised, tolerance) << run.what << ": " << figure.name;
+    }
+  }
+  EXPECT_FALSE(has_finding(tuning, "simulation-differs"));
+  // From the very end of its stroke it steps from a little before, and stays within.
+  experiment.motion.from = 5.05;
+  tuning = *designed;
+  done = simulate_on(tuning, experiment);
+  ASSERT_TRUE(done) << message_of(done.error());
+  EXPECT_EQ(tuning.simulated.size(), 3U);
+}
+
+/// Steps end before the cart comes to the end of its stroke.
+TEST(Tune, SimulatesAToothBeltWithinItsStroke) {
+  const auto result = identified();
+  const auto& p = result.model->drive.parameters;
+  const data::TwoMassParameters machine{p.driven_inertia, p.load_inertia, p.stiffness, p.damping, 0.0};
+  const auto o = few_draws();
+  auto tuning = tune(result, o);
+  ASSERT_TRUE(tuning) << message_of(tuning.error());
+  constexpr double kRadius = 0.01, kSettling = 0.15, kSample = 0.002;
+  ASSERT_GT(std::log(1e-3) / std::log(tuning->proposed().spectral_radius) * kSample, kSettling);
+  // A load step of 1 Nm pushes the cart by its IAE at most, to either side of the way of a step of 1 rad/s.
+  const double aside = kRadius * value_of(tuning->proposed(), "load_step_iae");
+  const double way = kRadius * (2.0 * kSettling + kSample);
+  auto experiment = experiment_of(result, o);
+  experiment.drive = tooth_belt_of(machine, 5.0, 5.0 + way + 2.0 * aside);
+  experiment.motion.from = 5.0;
+  const auto done = simulate_on(*tuning, experiment);
+  ASSERT_TRUE(done) << message_of(done.error());
+  ASSERT_GE(tuning->simulated.size(), 2U);
+  for (std::size_t i = 0; i < 2; ++i)
+    EXPECT_NEAR(tuning->simulated[i].time_s.back(), 2.0 * kSettling, 2.0 * kSample);
+  const auto cut = std::ranges::find(tuning->findings, "simulation-cut", &diagnostics::Finding::id);
+  ASSERT_NE(cut, tuning->findings.end());
+  EXPECT_NE(cut->meaning.find("as long as the cart stays in its stroke"), std::string::npos) << cut->meaning;
+
+  // 0.202 s of a step is the least.
+  const double refused_way = kRadius * 0.101;
+  experiment.drive = tooth_belt_of(machine, 5.0, 5.0 + refused_way + 2.0 * aside);
+  const auto refused = simulate_on(*tuning, experiment);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().field, "reference_step");
+  EXPECT_NE(message_of(refused.error()).find("must be at most 0.5 rad/s"), std::string::npos)
+      << message_of(refused.error());
+}
+
 /// A place is summed up from an encoder's counts without the error of a single one, which would grow.
 TEST(Tune, SimulatesTheLoadStepOfACascadeWithAnEncoder) {
   const auto result = identified();
