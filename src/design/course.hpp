@@ -16,8 +16,9 @@ struct Course {
 };
 
 /// x' = a x + input, y = output x, of that spectral radius, until |y| stays below `settled` of its largest
-/// for `quiet` samples. What a slow loop still does after many samples is summed up over strides of them,
-/// exactly but for the one in which y changes its sign; extremes there are those at their ends.
+/// for `quiet` samples and 1, 2, 4, ... samples later. What a slow loop still does after many samples is
+/// summed up over strides of them, exactly but for the one in which y changes its sign; extremes there are
+/// those at their ends.
 [[nodiscard]] Course course_of(const Eigen::MatrixXd& a, const Eigen::VectorXd& input,
                                const Eigen::RowVectorXd& output, double spectral_radius, double settled,
                                std::size_t quiet);

@@ -84,6 +84,40 @@ TEST(Course, LeavesOutNoSampleOfARingingMode) {
   expect_as_every_sample(a, 1.0 - 5e-5, 1e-8);  // it ends at 1e-9 of the largest
 }
 
+/// A pulse of about 0.7 over a tail of 1e-4, which changes its sign after ln(2)/(2 slow) samples: y is the
+/// sum of weights times powers of the poles.
+void expect_whole_tail(double slow, std::size_t quiet) {
+  constexpr double kTail = 1e-4, kSettled = 1e-7;
+  const std::vector<double> poles{0.99, 0.9, 1.0 - slow, 1.0 - 3.0 * slow};
+  const std::vector<double> weights{1.0, -1.0 + kTail, kTail, -2.0 * kTail};
+  // By a constant x goes to 1/(1 - pole) in each, and y to the weights' sum, which is none.
+  std::vector<double> output;
+  for (std::size_t i = 0; i < poles.size(); ++i) output.push_back(-weights[i] * (1.0 - poles[i]));
+  const Eigen::MatrixXd a = column(poles).asDiagonal();
+  const auto course =
+      course_of(a, Eigen::VectorXd::Ones(4), column(output).transpose(), poles[2], kSettled, quiet);
+  double absolute = 0.0, sum = 0.0;
+  std::vector<double> left = weights;
+  for (auto k = static_cast<std::size_t>(30.0 / slow); k > 0; --k) {
+    double y = 0.0;
+    for (std::size_t i = 0; i < poles.size(); ++i) {
+      y += left[i];
+      left[i] *= poles[i];
+    }
+    absolute += std::abs(y);
+    sum += y;
+  }
+  // What is left when it ends is kSettled of the pulse over a time constant.
+  const double within = kSettled / slow + 1e-6 * absolute;
+  EXPECT_NEAR(course.absolute, absolute, within);
+  EXPECT_NEAR(course.sum, sum, within);
+}
+
+TEST(Course, GoesOnWhereASlowTailChangesItsSign) {
+  expect_whole_tail(1e-5, 20);  // in strides of 32 samples, about three of which are below
+  expect_whole_tail(1e-4, 6);   // in single samples, about ten of which are below
+}
+
 TEST(ImpulseEnergy, IsThatOfEverySample) {
   Eigen::MatrixXd a = Eigen::MatrixXd::Zero(3, 3);
   a.topLeftCorner(2, 2) = turning(0.999, 0.3);
