@@ -70,14 +70,18 @@ bool has_bound(const TuneOptions& options, const NamedBound& named) {
   return design_bounds(options).*named.bound && !(cascade && named.bound == &design::Bounds::load_transfer);
 }
 
-/// Whether a design under other options succeeds, as far as there are trials.
-bool is_confirmed(const Trials& trials, const TuneOptions& options) {
-  return !trials.succeeds || !trials.take_one() || trials.succeeds(options);
+/// What a design under other options comes to, as far as there are trials.
+enum class Attempt { met, missed, none };
+Attempt attempted(const Trials& trials, const TuneOptions& options) {
+  if (!trials.succeeds || !trials.take_one()) return Attempt::none;
+  return trials.succeeds(options) ? Attempt::met : Attempt::missed;
 }
 
-/// By what more than the identified machine needs a bound is tried: first as a design for every machine that
-/// may be usually needs.
-constexpr auto kTrialTimes = {kRobust, 1.5, 3.0};
+/// What helps of one bound beside the others.
+struct LooserBound {
+  std::optional<double> value = {};  ///< As it is told.
+  bool is_cut = false;  ///< Without a value: none near to it helps, trials ended before the others.
+};
 
 /// Looks for looser bounds under which a PI crosses where the machines were measured.
 class Loosening {
@@ -88,7 +92,7 @@ class Loosening {
 
   /// The least value of a bound beside the others, as it is told; nothing where none up to the loosest that
   /// is sensible is enough.
-  [[nodiscard]] std::optional<double> least(const NamedBound& named) const {
+  [[nodiscard]] LooserBound least(const NamedBound& named) const {
     auto bounds = design_bounds(options_);
     const double asked = *(bounds.*named.bound);
     double loosest = named.loosest;
@@ -101,25 +105,22 @@ class Loosening {
       bounds.*named.bound = value;
       return measured_law(options_.structure, bounds, machines_, results_).has_value();
     };
-    if (!(loosest > asked) || !crosses_under(loosest)) return std::nullopt;
+    if (!(loosest > asked) || !crosses_under(loosest)) return {};
     constexpr double kWithin = 0.01;
     const double enough =
         crosses_under(asked) ? asked : least_enough(named, asked, loosest, kWithin, crosses_under);
-    return told_enough(named, enough, kTrialTimes, [&](double value) {
-      auto looser = options_;
-      named.ask(looser, value);
-      return is_confirmed(trials_, looser);
-    });
+    return told_from(named, enough, rounded_up(named, loosest));
   }
 
-  /// "|S| <= 1.01, |T_load| <= 1.01": all of them, looser by the same times; empty where that never is
-  /// enough.
+  /// "|S| <= 1.01, |T_load| <= 1.01": all of them, looser by the same times, which grow faster after every
+  /// trial that fails; empty where that never is enough.
   [[nodiscard]] std::string together() const {
     constexpr double kStep = 1.5, kMost = 1e5;
     constexpr int kTrials = 6;
     int trials = 0;
     std::string last;
-    for (double times = kStep; times < kMost; times *= kStep) {
+    double step = kStep;
+    for (double times = step; times < kMost; times *= step) {
       auto looser = options_;
       std::string text;
       const auto bounds = design_bounds(options_);
@@ -134,17 +135,66 @@ class Loosening {
       if (text == last) break;  // nothing is left to loosen
       last = text;
       if (!measured_law(options_.structure, design_bounds(looser), machines_, results_)) continue;
-      if (is_confirmed(trials_, looser)) return text;
+      if (attempted(trials_, looser) != Attempt::missed) return text;
       if (++trials == kTrials) break;
+      step *= kStep;
     }
     return {};
   }
 
  private:
+  /// As a design for every machine that may be usually needs, a tenth more than the identified machine does,
+  /// else the loosest and what lies between: some need many times more.
+  [[nodiscard]] LooserBound told_from(const NamedBound& named, double enough, double loosest) const {
+    const auto attempt = [&](double value) {
+      auto looser = options_;
+      named.ask(looser, value);
+      return attempted(trials_, looser);
+    };
+    const double usual = std::min(loosest, rounded_up(named, named.rest + kRobust * (enough - named.rest)));
+    if (attempt(usual) != Attempt::missed) return {usual};
+    if (!(usual < loosest)) return {};
+    const auto at_loosest = attempt(loosest);
+    if (at_loosest != Attempt::met) return {{}, at_loosest == Attempt::none};
+    constexpr double kWithin = 0.5;
+    return {rounded_up(named, least_enough(named, usual, loosest, kWithin, [&](double value) {
+                         return attempt(rounded_up(named, value)) == Attempt::met;
+                       }))};
+  }
+
   const TuneOptions& options_;
   const std::vector<design::Machine>& machines_;
   std::span<const Result> results_;
   const Trials& trials_;
+};
+
+/// What is told of bounds: those that help alone, else all of them together.
+class Advice {
+ public:
+  explicit Advice(const Loosening& loosening) : loosening_(loosening) {}
+
+  void add(const NamedBound& named) {
+    const auto looser = loosening_.least(named);
+    if (cause_ == nullptr || (looser.value && could_.empty())) cause_ = &named;
+    if (looser.value) add_to_list(could_, bound_text(named, *looser.value), " or ");
+    is_cut_ = is_cut_ || looser.is_cut;
+  }
+
+  /// Where none alone is it, the first that was looked at.
+  [[nodiscard]] const NamedBound* cause() const { return cause_; }
+  /// Whether a bound helps alone.
+  [[nodiscard]] bool is_single() const { return !could_.empty(); }
+
+  [[nodiscard]] std::string single() const { return "ask for about " + could_ + " beside the others"; }
+  [[nodiscard]] std::string no_single() const {
+    return is_cut_ ? "no single looser bound near to these helps" : "no single looser bound helps";
+  }
+
+ private:
+  const Loosening& loosening_;
+  const NamedBound* cause_ = nullptr;
+  std::string could_;
+  bool is_cut_ = false;
 };
 
 /// As it is told: never more than what is reached.
@@ -189,9 +239,9 @@ std::optional<Error> crossing_out_of_reach(const TuneOptions& options,
                                            std::span<const Result> results, const Trials& trials) {
   const auto bounds = design_bounds(options), usual = design_bounds({});
   const Loosening loosening(options, machines, results, trials);
+  Advice advice(loosening);
   auto loosened = bounds;
-  const NamedBound* cause = nullptr;  // where none alone is it, the first that was asked for
-  std::string could, beside;
+  std::string beside;
   for (const auto& named : kNamedBounds) {
     if (!has_bound(options, named)) continue;
     const double bound = *(bounds.*named.bound);
@@ -199,25 +249,25 @@ std::optional<Error> crossing_out_of_reach(const TuneOptions& options,
     if (of_default && bound >= *of_default) continue;
     loosened.*named.bound = of_default;
     add_to_list(beside, bound_text(named, bound), ", ");
-    const auto least = loosening.least(named);
-    if (cause == nullptr || (least && could.empty())) cause = &named;
-    if (least) add_to_list(could, bound_text(named, *least), " or ");
+    advice.add(named);
   }
-  if (cause == nullptr) return std::nullopt;
-  if (could.empty() && !measured_law(options.structure, loosened, machines, results))
+  if (advice.cause() == nullptr) return std::nullopt;
+  if (!advice.is_single() && !measured_law(options.structure, loosened, machines, results))
     return std::nullopt;  // the band is to blame
-  std::string advice = "ask for about " + could + " beside the others";
-  if (could.empty()) {
+  std::string words;
+  if (advice.is_single()) {
+    words = advice.single();
+  } else {
     const auto together = loosening.together();
-    advice = together.empty() ? "no single looser bound helps: loosen them together"
-                              : "no single looser bound helps: ask for about " + together + " together";
+    words = advice.no_single() + (together.empty() ? std::string(": loosen them together")
+                                                   : ": ask for about " + together + " together");
   }
   return Error{
-      cause->field,
+      advice.cause()->field,
       fmt::format("leaves a loop ({}) that crosses below what was measured, from {:.3g} Hz on, where "
                   "nothing is known; {}, or excite lower frequencies too",
-                  beside, highest_low_end_hz(results), advice),
-      *(bounds.*(cause->bound))};
+                  beside, highest_low_end_hz(results), words),
+      *(bounds.*(advice.cause()->bound))};
 }
 
 Error out_of_reach(const TuneOptions& options, const std::vector<design::Machine>& machines,
@@ -225,20 +275,19 @@ Error out_of_reach(const TuneOptions& options, const std::vector<design::Machine
   const auto bounds = design_bounds(options);
   const bool by_identified = is_met(options.structure, machines, bounds);
   const Loosening loosening(options, machines, results, trials);
-  const NamedBound* cause = nullptr;  // where none alone is it, the first
-  std::string beside, could;
+  Advice advice(loosening);
+  std::string beside;
   for (const auto& named : kNamedBounds) {
     if (!has_bound(options, named)) continue;
     add_to_list(beside, bound_text(named, *(bounds.*named.bound)), ", ");
-    const auto least = loosening.least(named);
-    if (cause == nullptr || (least && could.empty())) cause = &named;
-    if (least) add_to_list(could, bound_text(named, *least), " or ");
+    advice.add(named);
   }
-  std::string advice = "; ask for about " + could + " beside the others";
-  if (could.empty()) {
+  std::string words;
+  if (advice.is_single()) {
+    words = advice.single();
+  } else {
     const auto together = loosening.together();
-    advice = together.empty() ? "; no single looser bound helps"
-                              : "; no single looser bound helps: ask for about " + together + " together";
+    words = advice.no_single() + (together.empty() ? "" : ": ask for about " + together + " together");
     if (together.empty() && by_identified)
       return {"confidence",
               fmt::format(
@@ -247,11 +296,11 @@ Error out_of_reach(const TuneOptions& options, const std::vector<design::Machine
                   what),
               options.confidence};
   }
-  return {cause->field,
+  return {advice.cause()->field,
           fmt::format(
-              "cannot be met: {} meets {} together with the confidence{}{}", what, beside, advice,
+              "cannot be met: {} meets {} together with the confidence; {}{}", what, beside, words,
               by_identified ? ", or identify more closely: the identified machine alone would allow it" : ""),
-          *(bounds.*(cause->bound))};
+          *(bounds.*(advice.cause()->bound))};
 }
 
 ControllerStructure simple_structure(ControllerStructure structure) {
