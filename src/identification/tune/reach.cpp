@@ -80,8 +80,11 @@ Attempt attempted(const Trials& trials, const TuneOptions& options) {
 /// What helps of one bound beside the others.
 struct LooserBound {
   std::optional<double> value = {};  ///< As it is told.
-  bool is_cut = false;  ///< Without a value: none near to it helps, trials ended before the others.
+  bool is_tried = false;  ///< Whether a design met it; else it is what the identified machines allow.
+  bool is_cut = false;    ///< Without a value: none near to it helps, trials ended before the others.
 };
+
+constexpr const char* kNotTried = " (not tried)";
 
 /// Looks for looser bounds under which a PI crosses where the machines were measured.
 class Loosening {
@@ -112,8 +115,8 @@ class Loosening {
     return told_from(named, enough, rounded_up(named, loosest));
   }
 
-  /// "|S| <= 1.01, |T_load| <= 1.01": all of them, looser by the same times, which grow faster after every
-  /// trial that fails; empty where that never is enough.
+  /// "|S| <= 1.01, |T_load| <= 1.01 together": all of them, looser by the same times, which grow faster after
+  /// every trial that fails; empty where that never is enough.
   [[nodiscard]] std::string together() const {
     constexpr double kStep = 1.5, kMost = 1e5;
     constexpr int kTrials = 6;
@@ -135,7 +138,8 @@ class Loosening {
       if (text == last) break;  // nothing is left to loosen
       last = text;
       if (!measured_law(options_.structure, design_bounds(looser), machines_, results_)) continue;
-      if (attempted(trials_, looser) != Attempt::missed) return text;
+      const auto attempt = attempted(trials_, looser);
+      if (attempt != Attempt::missed) return text + " together" + (attempt == Attempt::met ? "" : kNotTried);
       if (++trials == kTrials) break;
       step *= kStep;
     }
@@ -152,14 +156,17 @@ class Loosening {
       return attempted(trials_, looser);
     };
     const double usual = std::min(loosest, rounded_up(named, named.rest + kRobust * (enough - named.rest)));
-    if (attempt(usual) != Attempt::missed) return {usual};
+    const auto at_usual = attempt(usual);
+    if (at_usual != Attempt::missed) return {usual, at_usual == Attempt::met};
     if (!(usual < loosest)) return {};
     const auto at_loosest = attempt(loosest);
-    if (at_loosest != Attempt::met) return {{}, at_loosest == Attempt::none};
+    if (at_loosest != Attempt::met) return {{}, false, at_loosest == Attempt::none};
     constexpr double kWithin = 0.5;
-    return {rounded_up(named, least_enough(named, usual, loosest, kWithin, [&](double value) {
-                         return attempt(rounded_up(named, value)) == Attempt::met;
-                       }))};
+    return {rounded_up(named, least_enough(named, usual, loosest, kWithin,
+                                           [&](double value) {
+                                             return attempt(rounded_up(named, value)) == Attempt::met;
+                                           })),
+            true};
   }
 
   const TuneOptions& options_;
@@ -176,7 +183,8 @@ class Advice {
   void add(const NamedBound& named) {
     const auto looser = loosening_.least(named);
     if (cause_ == nullptr || (looser.value && could_.empty())) cause_ = &named;
-    if (looser.value) add_to_list(could_, bound_text(named, *looser.value), " or ");
+    if (looser.value)
+      add_to_list(could_, bound_text(named, *looser.value) + (looser.is_tried ? "" : kNotTried), " or ");
     is_cut_ = is_cut_ || looser.is_cut;
   }
 
@@ -259,8 +267,8 @@ std::optional<Error> crossing_out_of_reach(const TuneOptions& options,
     words = advice.single();
   } else {
     const auto together = loosening.together();
-    words = advice.no_single() + (together.empty() ? std::string(": loosen them together")
-                                                   : ": ask for about " + together + " together");
+    words = advice.no_single() +
+            (together.empty() ? std::string(": loosen them together") : ": ask for about " + together);
   }
   return Error{
       advice.cause()->field,
@@ -287,7 +295,7 @@ Error out_of_reach(const TuneOptions& options, const std::vector<design::Machine
     words = advice.single();
   } else {
     const auto together = loosening.together();
-    words = advice.no_single() + (together.empty() ? "" : ": ask for about " + together + " together");
+    words = advice.no_single() + (together.empty() ? "" : ": ask for about " + together);
     if (together.empty() && by_identified)
       return {"confidence",
               fmt::format(
@@ -336,6 +344,7 @@ Error bandwidth_out_of_reach(const TuneOptions& options, const std::vector<desig
   const double share = identified_hz > 0.0 ? std::min(1.0, reached_hz / identified_hz) : 1.0;
   const auto tried = cascade ? std::span<const Looser>(kPosition) : std::span<const Looser>(kVelocity);
   std::string could;
+  bool all_tried = true;
   for (const auto& looser : tried) {
     auto under = options;
     under.largest_sensitivity = std::max(options.largest_sensitivity, looser.sensitivity);
@@ -346,17 +355,20 @@ Error bandwidth_out_of_reach(const TuneOptions& options, const std::vector<desig
     const double of_identified = least_under(under);
     if (of_identified < *options.least_bandwidth_hz) continue;
     const bool is_tried = trials.bandwidth_hz && trials.take_one();
+    all_tried = all_tried && is_tried;
     const double least = is_tried ? trials.bandwidth_hz(under) : share * of_identified;
     if (least < *options.least_bandwidth_hz) continue;
-    could = fmt::format("; with .largest_sensitivity {:g} and .{} {:g} a {} reaches about {:.3g} Hz",
-                        under.largest_sensitivity, field, std::max(asked, looser.transfer), what, least);
+    could = fmt::format("; with .largest_sensitivity {:g} and .{} {:g} a {} reaches about {:.3g} Hz{}",
+                        under.largest_sensitivity, field, std::max(asked, looser.transfer), what, least,
+                        is_tried ? "" : kNotTried);
     break;
   }
   if (could.empty())
     could = fmt::format(
-        "; nor with a {} under the looser ones that were tried, up to .largest_sensitivity "
+        "; nor with a {} under the looser ones that were {}, up to .largest_sensitivity "
         "{:g} and .{} {:g}",
-        what, std::max(options.largest_sensitivity, tried.back().sensitivity), field,
+        what, all_tried ? "tried" : "tried or estimated",
+        std::max(options.largest_sensitivity, tried.back().sensitivity), field,
         std::max(asked, tried.back().transfer));
   return {"least_bandwidth_hz",
           fmt::format("is not reached under the other bounds: at most {:g} Hz{}", rounded_down(reached_hz),

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
+#include <memory>
 #include <random>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/error_text.hpp>
@@ -18,6 +19,7 @@
 
 #include "design/figures.hpp"
 #include "design/posterior.hpp"
+#include "identification/tune/reach.hpp"
 
 namespace resonid::identification {
 namespace {
@@ -898,6 +900,42 @@ TEST(Tune, AdvisesBoundsThatAreMetWhenTheyAreAskedFor) {
     const auto met = tune(identified(), of_all);
     EXPECT_TRUE(met) << text << "; " << (met ? std::string() : message_of(met.error()));
   }
+}
+
+/// By trials that all end the same way, as many as there are.
+TEST(Tune, SaysOfWhichAdviceNoDesignWasMade) {
+  const std::vector<Result> results = {identified()};
+  const std::vector<design::Machine> machines = {design::Machine(results.front().model->drive)};
+  auto o = few_draws();
+  o.largest_load_transfer = 1.0001;
+  const auto advised = [&](bool succeeds, int left) {
+    const Trials trials{[&](const TuneOptions&) { return succeeds; }, {}, std::make_shared<int>(left)};
+    const auto found = crossing_out_of_reach(o, machines, results, trials);
+    return found ? message_of(*found) : std::string();
+  };
+  const auto says = [](const std::string& text, const char* words) {
+    return text.find(words) != std::string::npos;
+  };
+  const auto met = advised(true, 30), estimated = advised(true, 0);
+  EXPECT_TRUE(says(met, "ask for about |T_load| <= ") && !says(met, "not tried")) << met;
+  EXPECT_TRUE(says(estimated, "ask for about |T_load| <= ") &&
+              says(estimated, " (not tried) beside the others"))
+      << estimated;
+  const auto missed = advised(false, 30), cut = advised(false, 1);
+  EXPECT_TRUE(says(missed, "no single looser bound helps: loosen them together")) << missed;
+  EXPECT_TRUE(says(cut, "no single looser bound near to these helps: ask for about ") &&
+              says(cut, " together (not tried)"))
+      << cut;
+  // Over positions no design is made.
+  const auto none = crossing_out_of_reach(o, machines, results, {});
+  ASSERT_TRUE(none);
+  EXPECT_TRUE(says(message_of(*none), "(not tried)")) << message_of(*none);
+  o.least_bandwidth_hz = 13.0;
+  o.largest_load_transfer = 1.3;
+  const auto slow = message_of(bandwidth_out_of_reach(o, machines, 11.0, {}));
+  EXPECT_TRUE(says(slow, "a PI reaches about ") ? says(slow, " Hz (not tried)")
+                                                : says(slow, "tried or estimated"))
+      << slow;
 }
 
 /// By its lines alone: the loop is to be large where they begin.
