@@ -15,21 +15,13 @@
 #include <resonid/base/constants.hpp>
 #include <resonid/base/detail/statistics.hpp>
 
+#include "data/pole_at_one.hpp"
 #include "linalg/decompositions.hpp"
 
 namespace resonid::fit::detail {
 namespace {
 
 constexpr int kMaximumIterations = 60;
-
-bool integrates(const data::TransferFunction& controller) {
-  double sum = 0.0, size = 0.0;
-  for (const double a : controller.denominator) {
-    sum += a;
-    size += std::abs(a);
-  }
-  return std::abs(sum) < 1e-9 * size;
-}
 
 /// A noise model of every n-th sample, for all of them.
 NoiseModel spread(const NoiseModel& noise, std::size_t n) {
@@ -149,7 +141,7 @@ class OutputErrorFitter {
     const auto& model = fit_.model;
     std::copy(model.estimated.begin(), model.estimated.end(), active_.begin());
     active_[kCommonCoulomb] = dry() && config_.coulomb_friction;
-    const bool hidden = setup_.controller && integrates(*setup_.controller);
+    const bool hidden = setup_.controller && data::has_pole_at_one(*setup_.controller);
     for (int r = 0; r < records(); ++r) {
       const auto set = [&](int local, bool on) {
         active_[static_cast<std::size_t>(layout_.of(r, local))] = on;

@@ -157,7 +157,7 @@ std::string own_gains_comment(const Tuning& tuning) {
     const auto& gains = *proposed.gains;
     const auto all = [&](double part, double integral_part) {
       std::string words = "kp " + with(part * gains.kp, own->units.kp);
-      if (integrates(proposed.feedback)) words += ", ki " + with(integral_part * gains.ki, own->units.ki);
+      if (integrates(proposed)) words += ", ki " + with(integral_part * gains.ki, own->units.ki);
       if (proposed.derivative_gain)
         words += fmt::format(", kd {} (lag {:.4g} s)", with(part * *proposed.derivative_gain, own->units.kd),
                              *proposed.derivative_time_s);

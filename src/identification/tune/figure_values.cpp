@@ -105,7 +105,7 @@ std::vector<FigureValue> figure_values(const design::LoopFigures& f, const desig
   }
   auto load = load_step_values(machine, law, f.load_step, steps);
   // Without an integrator the load goes on for as long as the torque stays.
-  if (!integrates(law.what.feedback)) load[0] = load[1] = FigureValue{};
+  if (!integrates(law.what)) load[0] = load[1] = FigureValue{};
   values.insert(values.end(), load.begin(), load.end());
   values.push_back({f.noise_gain});
   const double delay_s = machine.model().known_delay_s + machine.model().delay_s;
@@ -113,8 +113,7 @@ std::vector<FigureValue> figure_values(const design::LoopFigures& f, const desig
   // Nor does it settle where friction keeps it from its reference.
   constexpr double kStays = 0.02;
   const auto& y = steps.load_by_reference;
-  if (!integrates(law.what.feedback) && !y.empty() && std::abs(y.back() - 1.0) > kStays)
-    reference[1] = FigureValue{};
+  if (!integrates(law.what) && !y.empty() && std::abs(y.back() - 1.0) > kStays) reference[1] = FigureValue{};
   values.insert(values.end(), reference.begin(), reference.end());
   return values;
 }

@@ -9,6 +9,7 @@
 #include <numeric>
 #include <utility>
 
+#include "data/pole_at_one.hpp"
 #include "design/course.hpp"
 #include "design/figures.hpp"
 #include "design/pid.hpp"
@@ -192,9 +193,9 @@ TunedFeedForward feed_forward_of(const fit::DriveModel& machine, double coulomb)
   return f;
 }
 
-bool integrates(const data::TransferFunction& controller) {
-  constexpr double kRounding = 1e-7;
-  return design::is_zero_at_standstill(controller.denominator, kRounding);
+bool integrates(const TunedController& controller) {
+  if (!controller.gains) return data::has_pole_at_one(controller.feedback);
+  return controller.position_gain || controller.gains->ki > 0.0;
 }
 
 void set_weight(Law& law, double weight) {

@@ -38,8 +38,8 @@ struct Law {
 /// The torque that takes a machine along a reference, and how late it measures.
 [[nodiscard]] TunedFeedForward feed_forward_of(const fit::DriveModel& machine, double coulomb);
 
-/// Whether a controller has a pole at 1.
-[[nodiscard]] bool integrates(const data::TransferFunction& controller);
+/// Whether a controller has a pole at 1: by its gains, where it has them; else by its coefficients.
+[[nodiscard]] bool integrates(const TunedController& controller);
 
 /// Gives a PI or PID a set-point weight; the derivative takes the velocity alone.
 void set_weight(Law& law, double weight);

@@ -154,7 +154,7 @@ class Remarks {
       note("step-not-kept", Severity::info,
            fmt::format("After a reference step the load overshoots by {:.3g} %{}, more than {:.3g} %{}.",
                        furthest.overshoot_percent, furthest.where, 100.0 * o.overshoot,
-                       integrates(c.feedback) ? ", whatever the set-point weight" : ""),
+                       integrates(c) ? ", whatever the set-point weight" : ""),
            furthest.overshoot_percent, 100.0 * o.overshoot);
   }
 
@@ -270,7 +270,7 @@ class Remarks {
     for (const Result& r : results_) {
       const auto& friction = r.model->coulomb_friction;
       const bool dry = r.model->has_dry_friction();
-      if (!dry || !integrates(t_.proposed().feedback)) continue;
+      if (!dry || !integrates(t_.proposed())) continue;
       return note(
           "integral-with-dry-friction", Severity::info,
           fmt::format("The machine has dry friction{}: with an integral part a position may hunt around "

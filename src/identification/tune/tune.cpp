@@ -334,7 +334,7 @@ class Tuner {
     if (!law.what.gains && options_.torque_limit)
       limit_reference_torque(law, nominal_, *options_.torque_limit / options_.reference_step);
     if (!law.what.gains || law.what.position_gain) return;
-    if (!integrates(law.what.feedback)) return;  // it would but take the load further off its reference
+    if (!integrates(law.what)) return;  // it would but take the load further off its reference
     double weight = 1.0;
     for (const auto& machine : nominal_) weight = largest_weight(machine, law, options_, weight);
     set_weight(law, weight);

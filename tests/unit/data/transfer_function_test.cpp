@@ -6,6 +6,9 @@
 #include <resonid/base/detail/discrete_filter.hpp>
 #include <resonid/data/frequency_response.hpp>
 #include <resonid/data/transfer_function.hpp>
+#include <vector>
+
+#include "data/pole_at_one.hpp"
 
 namespace resonid::data {
 namespace {
@@ -15,6 +18,44 @@ TEST(TransferFunction, PiControllerMatchesItsFormula) {
   const auto z = std::polar(1.0, kTwoPi * 2.7 * 0.002);
   const auto expected = 1.036 * (1.0 + 0.002 / 0.147 * z / (z - 1.0));
   EXPECT_LT(std::abs(c.response(2.7) - expected), 1e-14);
+}
+
+/// Against products of factors whose poles are known: biquads of 2 Hz, whose denominator at z = 1 is as small
+/// as what rounding leaves elsewhere.
+TEST(TransferFunction, KnowsAnIntegratorFromSlowFilters) {
+  using Polynomial = std::vector<double>;
+  const auto product = [](const Polynomial& p, const Polynomial& q) {
+    Polynomial both(p.size() + q.size() - 1, 0.0);
+    for (std::size_t i = 0; i < p.size(); ++i)
+      for (std::size_t j = 0; j < q.size(); ++j) both[i + j] += p[i] * q[j];
+    return both;
+  };
+  const auto biquad = [](double frequency_hz, double damping, double rate_hz) {
+    const double w = kTwoPi * frequency_hz, k = w / std::tan(0.5 * w / rate_hz);
+    const double first = k * k + 2.0 * damping * w * k + w * w;
+    return Polynomial{1.0, 2.0 * (w * w - k * k) / first, (k * k - 2.0 * damping * w * k + w * w) / first};
+  };
+  const auto integrates = [](const Polynomial& denominator) {
+    return has_pole_at_one({{1.0}, denominator, 0.002});
+  };
+  const Polynomial once = {1.0, -1.0};
+  for (const double rate_hz : {500.0, 2000.0, 8000.0})
+    for (const double damping : {0.1, 0.7, 0.95}) {
+      SCOPED_TRACE(rate_hz);
+      const auto one = biquad(2.0, damping, rate_hz), two = product(one, one);
+      EXPECT_FALSE(integrates(one));
+      EXPECT_FALSE(integrates(two));
+      EXPECT_TRUE(integrates(product(once, one)));
+      EXPECT_TRUE(integrates(product(once, two)));
+      EXPECT_TRUE(integrates(product(product(once, once), two)));
+      EXPECT_FALSE(integrates(product({1.0, -0.5}, two)));
+    }
+  EXPECT_FALSE(integrates({1.0}));
+  EXPECT_TRUE(integrates(once));
+  EXPECT_FALSE(integrates({1.0, -0.999}));
+  // Of nine digits; beside it no filter that is slower than what they leave.
+  EXPECT_TRUE(integrates({1.0, -1.500000001, 0.5}));
+  EXPECT_TRUE(integrates(product(biquad(20.0, 0.7, 500.0), {1.0, -0.999999999})));
 }
 
 TEST(TransferFunction, SimulationResponseAndFilterAgree) {

@@ -1082,6 +1082,24 @@ TEST(Tune, JudgesAGivenController) {
                           [](const auto& f) { return f.id == "design-unstable"; }));
 }
 
+/// Slow filters leave almost nothing of a denominator at standstill, as an integrator leaves nothing.
+TEST(Tune, KnowsWhatLeavesAStandingError) {
+  const std::vector<design::Biquad> slow = {{2.0, 0.9, 0.95}, {2.0, 0.9, 0.95}};
+  auto o = few_draws();
+  o.evaluate = data::Controller(design::FilteredPi{1.5, 0.0, slow}.transfer_function(0.002));
+  const auto standing = tune(identified(), o);
+  ASSERT_TRUE(standing) << message_of(standing.error());
+  ASSERT_TRUE(standing->proposed().stable);
+  EXPECT_EQ(standing->proposed().figure("load_step_iae"), nullptr);
+  EXPECT_EQ(standing->proposed().figure("load_step_ie"), nullptr);
+  o.evaluate = data::Controller(design::FilteredPi{1.5, 1.0, slow}.transfer_function(0.002));
+  const auto none = tune(identified(), o);
+  ASSERT_TRUE(none) << message_of(none.error());
+  ASSERT_TRUE(none->proposed().stable);
+  // docs/methods/tune.md 2.2.
+  EXPECT_NEAR(value_of(none->proposed(), "load_step_ie"), 1.0 + 1.0 / 143.75, 0.01);
+}
+
 /// Loops that meet their bounds and are unstable (tests/unit/design/unstable_loops_test.cpp): no figure makes
 /// them trusted, and none is taken away.
 TEST(Tune, DoesNotTrustALoopThatMeetsItsMarginsAndIsUnstable) {
