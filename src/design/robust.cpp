@@ -30,16 +30,19 @@ class Climber {
     StandardNormal normal(1);
     constexpr int kRandom = 4;
     for (int i = 0; i < kRandom; ++i) starts.push_back(normal.next(posterior_.dimension()));
-    const auto edge = has_edge(nominal) ? whole_samples() : std::nullopt;
+    const auto edges = has_edge(nominal) ? whole_samples() : std::vector<Region>{};
     constexpr std::size_t kAlongEdge = 2;
-    const std::size_t free = starts.size(), climbs = free + (edge ? kAlongEdge : 0);
+    const std::size_t free = starts.size(), climbs = free + kAlongEdge * edges.size();
     std::vector<WorstCase> found(climbs, nominal);
     linalg::for_each_index(climbs, 0, [&](std::size_t i) {
-      if (i >= free)
-        found[i] = climb(edge->along(i == free ? slope : Eigen::VectorXd(-slope)), *edge);
-      else if (starts[i].norm() > 0.0)
+      if (i >= free) {
+        const Region& edge = edges[(i - free) / kAlongEdge];
+        const bool up = (i - free) % kAlongEdge == 0;
+        found[i] = climb(edge.along(up ? slope : Eigen::VectorXd(-slope)), edge);
+      } else if (starts[i].norm() > 0.0) {
         found[i] =
             climb(radius_ * starts[i].normalized(), {Eigen::VectorXd::Zero(slope.size()), {}, radius_});
+      }
     });
     found.push_back(nominal);
     return *std::max_element(found.begin(), found.end(), [](const WorstCase& a, const WorstCase& b) {
@@ -68,7 +71,9 @@ class Climber {
     return transfer_ == Transfer::controller_sensitivity ||
            2.0 * nominal.peak.frequency_hz * posterior_.nominal().sample_time_s >= kNearly;
   }
-  [[nodiscard]] std::optional<Region> whole_samples() const {
+  /// What planes of whole samples leave of the ellipsoid, the nearest to its middle first: |C S| at half the
+  /// rate is largest on every other one.
+  [[nodiscard]] std::vector<Region> whole_samples() const {
     const auto delay_at = [&](const Eigen::VectorXd& u) {
       const auto model = posterior_.at(u);
       return (model.known_delay_s + model.delay_s) / model.sample_time_s;
@@ -76,13 +81,24 @@ class Climber {
     const Eigen::Index n = posterior_.dimension();
     const double nominal = delay_at(Eigen::VectorXd::Zero(n));
     Eigen::VectorXd normal(n);
-    for (Eigen::Index i = 0; i < n; ++i) normal(i) = delay_at(Eigen::VectorXd::Unit(n, i)) - nominal;
+    for (Eigen::Index i = 0; i < n; ++i) {  // a delay that would be negative is none
+      const Eigen::VectorXd unit = Eigen::VectorXd::Unit(n, i);
+      const double up = delay_at(unit) - nominal, down = nominal - delay_at(-unit);
+      normal(i) = std::abs(up) >= std::abs(down) ? up : down;
+    }
     const double size = normal.norm();
-    if (!(size > 0.0)) return std::nullopt;
+    if (!(size > 0.0)) return {};
     normal /= size;
-    const double off = (std::round(nominal) - nominal) / size;
-    if (!(std::abs(off) < radius_)) return std::nullopt;
-    return Region{off * normal, normal, std::sqrt(radius_ * radius_ - off * off)};
+    constexpr int kMost = 8;
+    const double nearest = std::round(nominal), toward = nominal < nearest ? -1.0 : 1.0;
+    std::vector<Region> found;
+    for (int i = 0; i < kMost; ++i) {  // by turns to both sides of the middle
+      const double away = (i % 2 == 0 ? -1.0 : 1.0) * toward * ((i + 1) / 2);
+      const double whole = nearest + away, off = (whole - nominal) / size;
+      if (!(std::abs(off) < radius_)) break;
+      if (whole >= 0.0) found.push_back({off * normal, normal, std::sqrt(radius_ * radius_ - off * off)});
+    }
+    return found;
   }
 
   [[nodiscard]] WorstCase at(const Eigen::VectorXd& u) const {

@@ -20,8 +20,8 @@ struct WorstCase {
 };
 
 /// By maximisation over the whole ellipsoid (docs/methods/tune.md 7.2): from the nominal gradient, its
-/// opposite, and four random directions. As far as a local search finds; a Monte Carlo stands beside every
-/// promise.
+/// opposite, and four random directions; where delays of whole samples are an edge, along each of up to eight
+/// too. As far as a local search finds; a Monte Carlo stands beside every promise.
 [[nodiscard]] WorstCase worst_case(const Posterior& posterior, const LinearController& controller,
                                    Transfer transfer, double radius);
 [[nodiscard]] inline WorstCase worst_case(const Posterior& posterior, const FilteredPi& controller,

@@ -76,6 +76,26 @@ TEST(GoldenRobust, WorstCasesGainsAndProbabilities) {
   }
 }
 
+/// An inertia J under C = k (1 - 0.8 z^-1)/0.2: at half the rate, after d whole samples, L = -(-1)^d 9 k
+/// Ts/2J. 3 samples are nearest to the delay, and 4, where |C S| is largest, is 1.5 standard deviations away.
+TEST(Robust, LooksAtEveryDelayOfWholeSamples) {
+  constexpr double kStep = 0.002, kInertia = 0.032, kGain = 0.1 * kInertia / kStep;
+  constexpr double kSpread = 0.02, kDelaySpread = 0.6, kDelay = 3.1, kOfEllipsoid = 2.0;
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(2, 2);
+  covariance(0, 0) = kSpread * kSpread;
+  covariance(1, 1) = std::pow(kDelaySpread * kStep, 2);
+  const Posterior posterior(test::golden_machine({kInertia, 1e-5}, kStep, kDelay * kStep).model(),
+                            {fit::kDrivenInertia, fit::kDelay}, covariance);
+  const LinearController controller(data::TransferFunction{{5.0 * kGain, -4.0 * kGain}, {1.0}, kStep});
+  const double away = (4.0 - kDelay) / kDelaySpread;
+  const double lightest =
+      kInertia * std::exp(-kSpread * std::sqrt(kOfEllipsoid * kOfEllipsoid - away * away));
+  const double largest = 9.0 * kGain / (1.0 - 9.0 * kGain * kStep / (2.0 * lightest));
+  const auto worst = worst_case(posterior, controller, Transfer::controller_sensitivity, kOfEllipsoid);
+  EXPECT_GT(worst.peak.value, largest * (1.0 - 1e-3));
+  EXPECT_LE(worst.u.norm(), kOfEllipsoid * (1.0 + 1e-9));
+}
+
 /// Golden gains and filters by what they are worth here; then the gains at those filters.
 TEST(GoldenRobust, GainsBesideABiquad) {
   constexpr double kGoldenDraws = 4000.0;  // all shares are whole multiples of one of them
