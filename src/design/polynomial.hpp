@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cmath>
 #include <complex>
 #include <span>
 #include <vector>
@@ -22,16 +21,6 @@ namespace resonid::design {
   std::complex<double> sum = 0.0;
   for (std::size_t i = p.size(); i-- > 0;) sum = sum * inverse_z + p[i];
   return sum;
-}
-
-/// Whether its value at z = 1 is none beside its terms, to that part of them.
-[[nodiscard]] inline bool is_zero_at_standstill(std::span<const double> p, double part) {
-  double sum = 0.0, sizes = 0.0;
-  for (const double term : p) {
-    sum += term;
-    sizes += std::abs(term);
-  }
-  return !(std::abs(sum) > part * sizes);
 }
 
 }  // namespace resonid::design

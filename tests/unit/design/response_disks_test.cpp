@@ -526,6 +526,19 @@ TEST(ResponseDisks, TellNoUnstableLoopStableWhereAResonanceStandsBetweenLines) {
   EXPECT_GT(unstable, 50);
 }
 
+/// Sums of many coefficients near 1 leave little at standstill: what is little of a filter's is no zero.
+TEST(ControllerByLines, TellsAnIntegratorBehindSlowFilters) {
+  std::vector<double> lines;
+  for (double f = 0.1; f < 5.0; f += 0.1) lines.push_back(f);
+  const Biquad slow{1.0, 0.8, 0.9}, slower{0.5, 0.8, 0.9};
+  for (const double ki : {0.0, 10.0}) {
+    const FilteredPi two{1.5, ki, {slow, slower}};
+    const auto found = controller_by_lines(two.transfer_function(kStep), lines);
+    ASSERT_TRUE(found) << ki << ": " << found.error().requirement.str();
+    EXPECT_EQ(found->integrators, ki > 0.0 ? 1 : 0);
+  }
+}
+
 /// Between the last line and half of the rate the controller may resonate, as by a pole near -1; and one
 /// without a gain at standstill lets any load run away.
 TEST(ResponseDisks, LookAtTheControllerUpToHalfTheRate) {
