@@ -319,6 +319,14 @@ TEST_F(TuneVerb, IsCheckedAfterwards) {
   EXPECT_EQ(
       run("tune result.json --evaluate c.json --draws 500 --check late.csv --require-trusted -q").exit_code,
       3);
+  // Less than what the first crossover would show: |S| is 1.47.
+  record("later", controller, 0.0055, 3);
+  done =
+      run("tune result.json --evaluate c.json --draws 500 --check later.csv --json later.json "
+          "--require-trusted");
+  EXPECT_EQ(done.exit_code, 3) << done.error;
+  EXPECT_FALSE(json::parse(text("later.json")).at("trusted"));
+  EXPECT_NE(done.out.find("(measured-beyond-bound)"), std::string::npos) << done.out;
 }
 
 /// On drives that changed: every torque a quarter stronger (all masses, stiffness and damping 20 % less), a

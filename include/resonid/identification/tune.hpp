@@ -244,7 +244,7 @@ struct TuningCheck {
   /// By how much the gain of the whole loop (a part of it) and its delay differ from what was promised, all
   /// judged lines together. Absent: too few lines.
   std::optional<data::Estimate> gain_change, delay_change_s;
-  /// The least differences that 90 % of such recordings would show, for the noise of this one alone.
+  /// The least differences that 90 % of such recordings would show, for error bars of promise and recording.
   std::optional<double> detectable_gain, detectable_delay_s;
 };
 

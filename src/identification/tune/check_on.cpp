@@ -22,7 +22,7 @@ namespace {
 using diagnostics::Severity;
 
 constexpr double kSure = 0.001;    // probability by chance below which a difference counts
-constexpr double kMatters = 0.05;  // of the distance to -1, of the gain, and as far turned at the crossover
+constexpr double kMatters = 0.05;  // of the distance to -1, and of the gain
 /// Gain and delay that a recording must be able to show, docs/methods/tune.md 17, step 8.
 constexpr double kSeenGain = 0.1, kSeenDelay_samples = 0.25;
 
@@ -85,6 +85,7 @@ class Checker {
     check_.record = measured_.record.file;
     compare_lines();
     compare_margins();
+    if (const auto delay = delay_beyond_bound()) check_.detectable_delay_s = delay;
     judge();
     for (std::size_t i = 0; i < check_.predicted.size(); ++i)
       if (const double variance = std::norm(check_.predicted_std[i]) + std::norm(check_.measured_std[i]);
@@ -141,8 +142,7 @@ class Checker {
       if (is_near_margins(i))
         common.add(check_.frequency_hz[i], check_.predicted[i], check_.measured_std[i] * times_noise());
     constexpr std::size_t kFewest = 3;
-    const auto* crossover = promised_.figure("crossover_hz");
-    if (common.lines() < kFewest || crossover == nullptr) return;
+    if (common.lines() < kFewest || promised_.figure("crossover_hz") == nullptr) return;
     double gain_variance = 0.0, delay_variance = 0.0;
     for (const auto& loop : draws) {
       const auto change = common.of(judged(loop));
@@ -152,13 +152,24 @@ class Checker {
     const auto change = common.of(judged(check_.measured)), noise = common.noise();
     check_.gain_change = {change.gain, std::hypot(noise.gain, std::sqrt(gain_variance))};
     check_.delay_change_s = {change.delay_s, std::hypot(noise.delay_s, std::sqrt(delay_variance))};
-    const double turn_s = 1.0 / (kTwoPi * crossover->value);  // by which the loop turns a radian there
+    const double whole_s = delay_of_whole_distance_s();
     constexpr double kStandard = 3.29;  // deviations, beyond which a normal error is by kSure
     gain_ = {kStandard, kMatters};
-    delay_ = {kStandard, kMatters * turn_s};
-    check_.detectable_gain = gain_.detectable(noise.gain);
-    check_.detectable_delay_s = delay_.detectable(noise.delay_s);
-    most_delay_s_ = std::max(kSeenDelay_samples * t_.sample_time_s, kSeenGain * turn_s);
+    delay_ = {kStandard, kMatters * whole_s};
+    check_.detectable_gain = gain_.detectable(check_.gain_change->std);
+    check_.detectable_delay_s = delay_.detectable(check_.delay_change_s->std);
+    shown_ = {gain_.detectable(noise.gain), delay_.detectable(noise.delay_s)};
+    most_delay_s_ = std::max(kSeenDelay_samples * t_.sample_time_s, kSeenGain * whole_s);
+  }
+
+  /// A delay dt moves L by w dt |L|, w dt |T| of the distance to -1: where that is largest, often at a
+  /// crossing far above the first, the delay that would move it by all of that distance.
+  [[nodiscard]] double delay_of_whole_distance_s() const {
+    double fastest = 0.0;
+    for (std::size_t i = 0; i < check_.predicted.size(); ++i)
+      if (const auto& loop = check_.predicted[i]; is_near_margins(i))
+        fastest = std::max(fastest, kTwoPi * check_.frequency_hz[i] * std::abs(loop / (1.0 + loop)));
+    return 1.0 / fastest;
   }
 
   /// Estimates that look at neighbouring lines share their noise: as many lines tell less.
@@ -193,22 +204,37 @@ class Checker {
     }
   }
 
+  /// Half of the promised interval on the side of what is measured: intervals of margins are lopsided. Where
+  /// next to nothing lies on that side, as for a figure that is least on the identified machine, half of
+  /// the mean of both.
+  [[nodiscard]] static double std_towards(const LoopFigure& promised, double measured) {
+    if (!promised.low || !promised.high) return 0.0;
+    const double side =
+        measured > promised.value ? *promised.high - promised.value : promised.value - *promised.low;
+    const double both = *promised.high - *promised.low;
+    constexpr double kHalfOf95 = 1.96;  // standard deviations
+    return std::max(side, 0.25 * both) / kHalfOf95;
+  }
+
   void compare_margins() {
     if (!measured_.loop) return;
     const auto& l = *measured_.loop;
     const auto put = [&](const char* name, std::optional<double> value, std::optional<double> std) {
       const auto* promised = promised_.figure(name);
       if (promised == nullptr || !value) return;
-      CheckedFigure figure{name, promised->unit, {promised->value, 0.0}, {*value, std.value_or(0.0)}, {}};
-      constexpr double kWidth = 2.0 * 1.96;
-      if (promised->low && promised->high) figure.predicted.std = (*promised->high - *promised->low) / kWidth;
-      const double both = std::hypot(figure.predicted.std, figure.measured.std);
+      CheckedFigure figure{name,
+                           promised->unit,
+                           {promised->value, std_towards(*promised, *value)},
+                           {*value, std.value_or(0.0)},
+                           {}};
+      constexpr double kOfDraws = 1.1;  // 200 machines tell the end of an interval to a tenth
+      const double both = std::hypot(kOfDraws * figure.predicted.std, figure.measured.std);
       if (both > 0.0 && std)
         figure.probability = std::erfc(std::abs(*value - promised->value) / both / std::sqrt(2.0));
       check_.figures.push_back(std::move(figure));
     };
     put("crossover_hz", l.margins.crossover_hz(), l.crossover_std_hz);
-    put("phase_margin_deg", l.margins.phase_margin_deg(), l.phase_margin_std_deg);
+    put_phase_margin(put);
     put("gain_margin_db", l.margins.gain_margin_db, l.gain_margin_std_db);
     if (l.margins.modulus_margin > 0.0) {
       const double ms = 1.0 / l.margins.modulus_margin;
@@ -218,10 +244,89 @@ class Checker {
     }
   }
 
+  /// Promised is the least of all crossings; the error bar is that of the first crossover.
+  template <class Put>
+  void put_phase_margin(const Put& put) const {
+    const auto& l = *measured_.loop;
+    const auto first = l.margins.phase_margin_deg(), least = l.margins.worst_phase_margin_deg;
+    if (!least || (first && std::abs(*first) <= std::abs(*least)))
+      return put("phase_margin_deg", first, l.phase_margin_std_deg);
+    put("phase_margin_deg", least, std::nullopt);
+  }
+
+  /// Figures that are compared with an error bar: so many chances there are that one differs by noise.
+  [[nodiscard]] double compared_figures() const {
+    return static_cast<double>(
+        std::ranges::count_if(check_.figures, [](const auto& f) { return f.probability.has_value(); }));
+  }
+
+  /// How far a figure may be measured beyond its bound by its own error bar, at the confidence for all of
+  /// them.
+  [[nodiscard]] double room_of(const CheckedFigure& figure) const {
+    const double chances = std::max(1.0, compared_figures());
+    return two_sided_quantile(1.0 - (1.0 - t_.options.confidence) / chances) * figure.measured.std;
+  }
+
+  [[nodiscard]] std::optional<double> bound_of(const CheckedFigure& figure) const {
+    const auto* promised = t_.proposed().figure(figure.name);
+    return promised == nullptr ? std::nullopt : promised->bound;
+  }
+
+  /// What is measured beyond a bound is so, whatever was promised of it and however well both agree.
+  void judge_bounds() {
+    constexpr double kRounding = 1.005;  // what lies closer is within what a fitted model leaves out
+    for (const auto& figure : check_.figures) {
+      const auto bound = bound_of(figure);
+      if (!bound || !(figure.measured.std > 0.0)) continue;
+      const double room = room_of(figure);
+      if (figure.measured.value - room <= kRounding * *bound) continue;
+      t_.findings.push_back(
+          {"measured-beyond-bound", Severity::error, figure.measured.value, *bound,
+           fmt::format(
+               "Under this controller {} measures {:.4g} +- {:.1g}, beyond its bound of {:.3g} by more "
+               "than its error bar; promised was {:.4g}.",
+               words_of(figure), figure.measured.value, room, *bound, figure.predicted.value)});
+      t_.trusted = false;
+    }
+  }
+
+  /// The largest |S| along the lines of what was promised, later by so much.
+  [[nodiscard]] double largest_sensitivity(double delay_s) const {
+    double least = HUGE_VAL;
+    for (std::size_t i = 0; i < check_.predicted.size(); ++i)
+      least = std::min(
+          least,
+          std::abs(1.0 + check_.predicted[i] * std::polar(1.0, -kTwoPi * check_.frequency_hz[i] * delay_s)));
+    return 1.0 / least;
+  }
+
+  /// The delay with which |S| would be measured beyond its bound 90 % of the time, where that is less than
+  /// what all lines together show.
+  [[nodiscard]] std::optional<double> delay_beyond_bound() const {
+    const auto s = std::ranges::find(check_.figures, "sensitivity_peak", &CheckedFigure::name);
+    if (!check_.detectable_delay_s || s == check_.figures.end() || !(s->measured.std > 0.0))
+      return std::nullopt;
+    const auto bound = bound_of(*s);
+    if (!bound) return std::nullopt;
+    constexpr double kNinety = 1.2816;  // 90 % quantile of the normal distribution
+    const double limit = *bound + room_of(*s) + kNinety * std::hypot(s->predicted.std, s->measured.std);
+    double low = 0.0, high = *check_.detectable_delay_s;
+    if (largest_sensitivity(low) > limit || largest_sensitivity(high) <= limit) return std::nullopt;
+    constexpr int kHalvings = 30;
+    for (int i = 0; i < kHalvings; ++i) {
+      const double middle = 0.5 * (low + high);
+      (largest_sensitivity(middle) > limit ? high : low) = middle;
+    }
+    return high;
+  }
+
+  [[nodiscard]] bool differs(const CheckedFigure& figure) const {
+    return figure.probability && *figure.probability * compared_figures() < kSure;
+  }
+
   void judge() {
-    const bool figure_differs = std::any_of(check_.figures.begin(), check_.figures.end(), [&](const auto& f) {
-      return f.probability && *f.probability * static_cast<double>(check_.figures.size()) < kSure;
-    });
+    const bool figure_differs =
+        std::ranges::any_of(check_.figures, [&](const auto& figure) { return differs(figure); });
     const bool together = exceeds(check_.gain_change, gain_) || exceeds(check_.delay_change_s, delay_);
     check_.agrees = !figure_differs && !together && check_.probability >= kSure;
     // No fault of the recording, which is not trusted for it, but just what a check is for.
@@ -231,48 +336,65 @@ class Checker {
                        "The recording under this controller is itself not reliable (see what 'identify' says "
                        "of it): whether the loop is as promised cannot be told from it.");
     }
+    judge_bounds();
     if (check_.agrees && !is_decisive()) return undecided("the recording is too noisy to tell", too_noisy());
     if (!check_.agrees) fails();
   }
 
+  [[nodiscard]] static std::string words_of(const CheckedFigure& figure) {
+    if (figure.name == "crossover_hz") return "the crossover";
+    if (figure.name == "phase_margin_deg") return "the phase margin";
+    if (figure.name == "gain_margin_db") return "the gain margin";
+    return "|S|";
+  }
+
+  /// "furthest at 12 Hz", and the figures that differ by themselves.
+  [[nodiscard]] std::string where_words() const {
+    std::vector<std::string> words;
+    if (check_.worst_line_hz > 0.0)
+      words.push_back(fmt::format("furthest at {:.3g} Hz", check_.worst_line_hz));
+    for (const auto& figure : check_.figures)
+      if (differs(figure))
+        words.push_back(fmt::format("{} {:.3g}{}, promised {:.3g}", words_of(figure), figure.measured.value,
+                                    figure.unit.empty() ? "" : " " + figure.unit, figure.predicted.value));
+    return words.empty() ? std::string() : fmt::format(" ({})", fmt::join(words, "; "));
+  }
+
   void fails() {
     check_.agrees = false;
-    if (check_.worst_line_hz == 0.0) check_.probability = least_probability();
+    if (check_.probability >= kSure) check_.probability = least_probability();
     check_.cause = cause();
     t_.findings.push_back(
         {"prediction-fails", Severity::error, check_.probability, kSure,
          fmt::format(
              "Under this controller the loop is another one than was promised, by more than both error "
              "bars{}. Likely cause: {}.",
-             check_.worst_line_hz > 0.0 ? fmt::format(" (furthest at {:.3g} Hz)", check_.worst_line_hz) : "",
-             check_.cause)});
+             where_words(), check_.cause)});
     t_.trusted = false;
   }
 
   void undecided(const char* cause, std::string meaning) {
     check_.agrees = check_.decided = false;
     check_.cause = cause;
-    t_.findings.push_back({"check-undecided", Severity::warning, check_.detectable_gain,
-                           check_.detectable_gain ? std::optional(kSeenGain) : std::nullopt,
-                           std::move(meaning)});
+    t_.findings.push_back({"check-undecided", Severity::warning,
+                           shown_ ? std::optional(shown_->gain) : std::nullopt,
+                           shown_ ? std::optional(kSeenGain) : std::nullopt, std::move(meaning)});
   }
 
-  /// Whether it would have shown a difference that matters.
+  /// Whether its noise would let a difference show that matters, were the promise exact.
   [[nodiscard]] bool is_decisive() const {
-    return check_.detectable_gain && *check_.detectable_gain <= kSeenGain && check_.detectable_delay_s &&
-           *check_.detectable_delay_s <= most_delay_s_;
+    return shown_ && shown_->gain <= kSeenGain && shown_->delay_s <= most_delay_s_;
   }
 
   [[nodiscard]] std::string too_noisy() const {
-    if (!check_.detectable_gain)
+    if (!shown_)
       return "The recording under this controller has too few lines near the crossover to tell whether the "
              "loop is as promised: excite that band.";
     return fmt::format(
         "Nothing differs, but the recording would show a gain only from {:.2g} %, a delay from {:.2g} ms on: "
         "too noisy to tell whether the loop is as promised, for which {:.2g} % and {:.2g} ms must be seen. "
         "Excite more strongly, or for longer.",
-        100.0 * *check_.detectable_gain, 1e3 * *check_.detectable_delay_s, 100.0 * kSeenGain,
-        1e3 * most_delay_s_);
+        100.0 * shown_->gain, 1e3 * shown_->delay_s, 100.0 * kSeenGain, 1e3 * most_delay_s_);
   }
 
   [[nodiscard]] std::string cause() const {
@@ -310,8 +432,9 @@ class Checker {
   }
 
   [[nodiscard]] double least_probability() const {
-    double least = 1.0;
-    for (const auto& f : check_.figures) least = std::min(least, f.probability.value_or(1.0));
+    double least = check_.probability;
+    for (const auto& f : check_.figures)
+      if (f.probability) least = std::min(least, compared_figures() * *f.probability);
     for (const auto& change : {check_.gain_change, check_.delay_change_s})
       if (change && change->std > 0.0)
         least = std::min(least, std::erfc(std::abs(change->value) / change->std / std::sqrt(2.0)));
@@ -373,6 +496,8 @@ class Checker {
   Law law_;
   TuningCheck check_;
   Criterion gain_, delay_;
+  std::optional<CommonChange::Change>
+      shown_;                  ///< Least changes that show for the noise of the recording alone.
   double most_delay_s_ = 0.0;  ///< That must be seen.
   double misfit_ = 0.0;
 };

@@ -58,6 +58,7 @@ std::string condition_text(const Tuning& t) {
   };
   constexpr Cause kCauses[] = {{"tuned-untrusted", "the result were right"},
                                {"prediction-fails", "the loop were the one that was promised"},
+                               {"measured-beyond-bound", "the recording did not show otherwise"},
                                {"fails-in-simulation", "the drive were the identified one"},
                                {"simulation-beyond-bound", "the drive were the identified one"},
                                {"crossover-not-measured", "the model held where the loop crosses"},

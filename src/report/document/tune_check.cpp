@@ -30,6 +30,32 @@ std::string seen_text(const identification::TuningCheck& check) {
                      three_digits(1e3 * *check.detectable_delay_s));
 }
 
+/// A bound that the recording shows to be broken.
+std::string beyond_text(const identification::Tuning& t) {
+  std::string text;
+  for (const auto& finding : t.findings)
+    if (finding.id == "measured-beyond-bound" && finding.value && finding.threshold)
+      text += fmt::format(" |S| measures {}, beyond its bound of {}.", three_digits(*finding.value),
+                          three_digits(*finding.threshold));
+  return text;
+}
+
+/// The figure that agrees least, where by itself it would hardly agree.
+std::string doubtful_text(const identification::TuningCheck& check) {
+  const identification::CheckedFigure* least = nullptr;
+  for (const auto& figure : check.figures)
+    if (figure.probability && (least == nullptr || *figure.probability < *least->probability))
+      least = &figure;
+  if (least == nullptr || *least->probability * static_cast<double>(check.figures.size()) > 1.0 - kConfidence)
+    return {};
+  const auto unit = shown_unit({least->name, least->unit, least->predicted.value, {}, {}, {}, {}, {}, {}});
+  return fmt::format(
+      " Nearest to the edge of that is the {}: {} measured, {} promised{} (probability by noise {}).",
+      loop_figure_words(least->name), three_digits(unit.factor * least->measured.value),
+      three_digits(unit.factor * least->predicted.value),
+      unit.unit.empty() ? std::string() : ", in " + unit.unit, chance_text(*least->probability));
+}
+
 /// A bound that the recording by itself does not show to be kept: its error bar is wider than the room.
 std::string open_margin_text(const identification::Tuning& t) {
   constexpr double kWidth = 1.96;
@@ -53,15 +79,18 @@ std::string open_margin_text(const identification::Tuning& t) {
 std::string shown_text(const identification::Tuning& t) {
   if (!t.check) return {};
   const auto& check = *t.check;
+  const auto beyond = beyond_text(t);
   if (!check.decided)
     return fmt::format(
-        "Checked on the machine: from {} it cannot be told whether the loop is as promised, as {}.",
-        check.record, check.cause);
-  if (check.agrees)
-    return fmt::format(
-               "Checked on the machine: the loop of {} is the one that was promised, within both error bars.",
-               check.record) +
-           seen_text(check) + open_margin_text(t);
+               "Checked on the machine: from {} it cannot be told whether the loop is as promised, as {}.",
+               check.record, check.cause) +
+           beyond;
+  if (check.agrees) {
+    const auto agrees = fmt::format(
+        "Checked on the machine: the loop of {} is the one that was promised, within both error bars{}",
+        check.record, beyond.empty() ? "." : ", and breaks a bound all the same:" + beyond);
+    return agrees + doubtful_text(check) + seen_text(check) + (beyond.empty() ? open_margin_text(t) : "");
+  }
   const std::string furthest =
       check.worst_line_hz > 0.0 ? fmt::format(", furthest at {} Hz", three_digits(check.worst_line_hz)) : "";
   std::string text = fmt::format(
@@ -70,7 +99,7 @@ std::string shown_text(const identification::Tuning& t) {
       "{}).",
       check.record, furthest, chance_text(check.probability));
   if (!check.cause.empty()) text += fmt::format(" Likely cause: {}.", check.cause);
-  return text;
+  return text + beyond;
 }
 
 }  // namespace

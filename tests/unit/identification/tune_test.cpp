@@ -1956,8 +1956,9 @@ TEST(Tune, ANoisyRecordingDecidesNothing) {
   EXPECT_TRUE(tuning->check->decided);
   // 45 or so lines of 2 %: 0.02/sqrt(2)/sqrt(lines) of the gain, of each part half the variance.
   const auto lines = static_cast<double>(tuning->check->judged_lines);
-  const double std = 0.02 / std::sqrt(2.0 * lines);
-  EXPECT_NEAR(*tuning->check->detectable_gain, std::max(3.29 * std, 0.05 + 2.0 * std) + 1.2816 * std, 1e-6);
+  const double noise = 0.02 / std::sqrt(2.0 * lines), std = tuning->check->gain_change->std;
+  EXPECT_GT(std, noise);  // that of the promise is in it
+  EXPECT_NEAR(*tuning->check->detectable_gain, std::max(3.29 * std, 0.05 + 2.0 * std) + 1.2816 * std, 1e-9);
   for (const double factor : {1.0, 0.85}) {  // 15 % of gain is hidden too
     auto machine = result;
     for (const auto p : {fit::kDrivenInertia, fit::kLoadInertia, fit::kStiffness, fit::kDamping})
@@ -1970,6 +1971,118 @@ TEST(Tune, ANoisyRecordingDecidesNothing) {
     EXPECT_TRUE(tuning->trusted);  // nothing speaks against it
     EXPECT_EQ(tuning->findings.back().id, "check-undecided");
   }
+}
+
+/// A delay that does nothing at the first crossover, and takes the crossing above the resonance to -1.
+TEST(Tune, ACheckSeesADelayAtTheCrossingThatItLimits) {
+  const auto result = identified(0.003);
+  auto o = few_draws();
+  o.delay_std_s = 0.0004;
+  o.evaluate = pi(1.780143888, 0.1055647731);
+  const auto judged = tune(result, o);
+  ASSERT_TRUE(judged) << message_of(judged.error());
+  ASSERT_EQ(judged->proposed().crossings.size(), 3U);
+  const auto later_by = [&](double delay_s) {
+    auto machine = result;
+    machine.model->drive.known_delay_s += delay_s;
+    return machine;
+  };
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    SCOPED_TRACE(seed);
+    for (const double delay_s : {0.0, 0.0006, -0.0006}) {  // 1.5 standard deviations of the promise
+      auto tuning = *judged;
+      ASSERT_TRUE(check_on(tuning, result, recorded_under(tuning.proposed(), later_by(delay_s), 0.02, seed)));
+      EXPECT_TRUE(tuning.check->agrees) << delay_s << " " << tuning.check->delay_change_s->value;
+      EXPECT_TRUE(tuning.check->decided);
+      EXPECT_FALSE(has_finding(tuning, "prediction-fails"));
+      EXPECT_EQ(tuning.trusted, judged->trusted);
+    }
+    auto tuning = *judged;
+    ASSERT_TRUE(check_on(tuning, result, recorded_under(tuning.proposed(), later_by(0.0016), 0.02, seed)));
+    EXPECT_FALSE(tuning.check->agrees) << tuning.check->delay_change_s->value;
+    EXPECT_LT(tuning.check->probability, 0.001);
+    EXPECT_TRUE(has_finding(tuning, "prediction-fails"));
+    // 0.05/max(w |T|) is 0.5 ms there, by the first crossover it would be 1.8 ms.
+    EXPECT_LT(*tuning.check->detectable_delay_s, 0.0021);
+  }
+}
+
+/// What the recording under a controller measures of its margins.
+Result with_margins(Result measured, double sensitivity, double std, std::optional<double> phase_margin_deg) {
+  LoopResult loop;
+  loop.source = "model";
+  loop.margins.modulus_margin = 1.0 / sensitivity;
+  loop.modulus_margin_std = std / (sensitivity * sensitivity);
+  if (phase_margin_deg) {
+    loop.margins.crossovers = {{4.0, *phase_margin_deg}};
+    loop.margins.worst_phase_margin_deg = phase_margin_deg;
+    loop.phase_margin_std_deg = 0.02;
+  }
+  measured.loop = loop;
+  return measured;
+}
+
+/// Whatever lines say of the promise.
+TEST(Tune, AMeasuredFigureBeyondItsBoundIsNotTrusted) {
+  const auto result = identified(0.005);
+  const auto designed = tune(result, few_draws());
+  ASSERT_TRUE(designed);
+  ASSERT_TRUE(designed->trusted);
+  const auto same = recorded_under(designed->proposed(), result, 0.02);
+  struct Measured {
+    double part_of_bound, std;
+    bool beyond;
+  };
+  for (const auto& m : {Measured{1.03, 0.002, true}, Measured{1.03, 0.1, false},
+                        Measured{1.003, 0.001, false}, Measured{0.97, 0.002, false}}) {
+    SCOPED_TRACE(m.part_of_bound);
+    auto tuning = *designed;
+    const double value = m.part_of_bound * 1.4;
+    ASSERT_TRUE(check_on(tuning, result, with_margins(same, value, m.std, {})));
+    ASSERT_EQ(tuning.check->figures.size(), 1U);
+    EXPECT_EQ(has_finding(tuning, "measured-beyond-bound"), m.beyond);
+    if (!m.beyond) continue;
+    EXPECT_FALSE(tuning.trusted);
+    const auto finding =
+        std::ranges::find(tuning.findings, "measured-beyond-bound", &diagnostics::Finding::id);
+    EXPECT_EQ(finding->severity, diagnostics::Severity::error);
+    EXPECT_NEAR(finding->value.value(), value, 1e-9);
+    EXPECT_NEAR(finding->threshold.value(), 1.4, 1e-9);
+  }
+  // One that cannot be trusted tells nothing of its margins either.
+  auto tuning = *designed;
+  auto bad = with_margins(same, 1.6, 0.002, {});
+  bad.trusted = false;
+  ASSERT_TRUE(check_on(tuning, result, bad));
+  EXPECT_FALSE(has_finding(tuning, "measured-beyond-bound"));
+  EXPECT_FALSE(tuning.check->decided);
+}
+
+TEST(Tune, ACheckNamesTheMarginsThatDiffer) {
+  const auto result = identified(0.005);
+  const auto designed = tune(result, few_draws());
+  ASSERT_TRUE(designed);
+  const auto same = recorded_under(designed->proposed(), result, 0.02);
+  const double ms = value_of(designed->proposed(), "sensitivity_peak"),
+               promised = value_of(designed->proposed(), "phase_margin_deg");
+  auto tuning = *designed;
+  ASSERT_TRUE(check_on(tuning, result, with_margins(same, ms, 0.002, promised)));
+  EXPECT_TRUE(tuning.check->agrees) << tuning.check->cause;
+  tuning = *designed;
+  ASSERT_TRUE(check_on(tuning, result, with_margins(same, ms, 0.002, promised - 15.0)));
+  EXPECT_FALSE(tuning.check->agrees);
+  EXPECT_FALSE(tuning.trusted);
+  ASSERT_TRUE(has_finding(tuning, "prediction-fails"));
+  const auto finding = std::ranges::find(tuning.findings, "prediction-fails", &diagnostics::Finding::id);
+  EXPECT_NE(finding->meaning.find("the phase margin "), std::string::npos) << finding->meaning;
+  EXPECT_EQ(finding->meaning.find("|S| "), std::string::npos) << finding->meaning;
+  // The least one of another crossing has no error bar.
+  tuning = *designed;
+  auto other = with_margins(same, ms, 0.002, promised);
+  other.loop->margins.worst_phase_margin_deg = promised - 15.0;
+  ASSERT_TRUE(check_on(tuning, result, other));
+  ASSERT_EQ(tuning.check->figures.front().name, "phase_margin_deg");
+  EXPECT_FALSE(tuning.check->figures.front().probability);
 }
 
 /// What is found 90 % of the time by its own account is found so often.

@@ -660,8 +660,21 @@ TEST(TuneText, TellsWhatTheMachineShows) {
     t.check->figures.pop_back();
   }
   t.check->agrees = true;
+  t.check->figures.push_back({"sensitivity_peak", "", {1.33, 0.05}, {1.44, 0.01}, 0.05});
+  t.findings = {{"measured-beyond-bound", diagnostics::Severity::error, 1.44, 1.4, "Beyond."}};
+  EXPECT_TRUE(holds(sentences(t).at(1), "if the recording did not show otherwise")) << sentences(t).at(1);
+  EXPECT_TRUE(holds(sentences(t).at(2),
+                    "within both error bars, and breaks a bound all the same: |S| measures 1.44, beyond its "
+                    "bound of 1.40."))
+      << sentences(t).at(2);
+  t.check->figures.pop_back();
   t.trusted = true;
   t.findings.clear();
+  // The delay margin of 6.6 ms for 8.4 ms.
+  EXPECT_TRUE(holds(sentences(t).at(1),
+                    " Nearest to the edge of that is the delay margin: 6.60 measured, 8.40 "
+                    "promised, in ms (probability by noise less than 0.0001)."))
+      << sentences(t).at(1);
   EXPECT_TRUE(holds(sentences(t).at(1), "is the one that was promised, within both error bars."));
   t.findings.push_back({"checked-machine", diagnostics::Severity::info, {}, {}, "That of b.json."});
   EXPECT_TRUE(sentences(t).at(1).ends_with(" That of b.json."));
