@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <resonid/report/detail/tune.hpp>
 #include <sstream>
+#include <utility>
 
 #include "report/document/tune_words.hpp"
 #include "report/document/words.hpp"
@@ -161,16 +162,22 @@ Table figure_table(const TunedController& c) {
 
 Table crossing_table(const TunedController& c) {
   const std::string low = "95 % from", high = "95 % to";
-  Table table{"Crossings of |L| = 1",
-              {kAt, low, high, "|L|", "phase margin, deg", low, high, "worst", "delay margin, ms"},
+  Table table{"Crossings of |L| = 1 (margin: angle to -1, of L below or above the real axis)",
+              {kAt, low, high, "|L|", "side", "margin, deg", low, high, "least", "delay margin, ms"},
               {}};
   const auto hertz = [](const std::optional<double>& f) { return f ? three_digits(*f) : ""; };
-  const auto degrees = [](const std::optional<double>& m) { return m ? fmt::format("{:.1f}", *m) : ""; };
   for (const auto& x : c.crossings) {
+    // By its size: how far L is from -1. What is negative lies on the other side than the crossing itself.
+    const double side = x.phase_margin_deg < 0.0 ? -1.0 : 1.0;
+    const auto degrees = [side](const std::optional<double>& m) {
+      return m ? fmt::format("{:.1f}", side * *m) : std::string();
+    };
+    const auto& from = side < 0.0 ? x.phase_margin_high_deg : x.phase_margin_low_deg;
+    const auto& to = side < 0.0 ? x.phase_margin_low_deg : x.phase_margin_high_deg;
     const double turn = x.phase_margin_deg > 0.0 ? x.phase_margin_deg : x.phase_margin_deg + 360.0;
     table.rows.push_back({hertz(x.frequency_hz), hertz(x.frequency_low_hz), hertz(x.frequency_high_hz),
-                          x.falling ? "falls" : "rises", degrees(x.phase_margin_deg),
-                          degrees(x.phase_margin_low_deg), degrees(x.phase_margin_high_deg),
+                          x.falling ? "falls" : "rises", side < 0.0 ? "above" : "below",
+                          degrees(x.phase_margin_deg), degrees(from), degrees(to),
                           degrees(x.phase_margin_worst_deg),
                           three_digits(1e3 * turn / 360.0 / x.frequency_hz)});
   }
