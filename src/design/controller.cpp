@@ -6,6 +6,7 @@
 #include <resonid/base/constants.hpp>
 
 #include "design/polynomial.hpp"
+#include "design/rational_response.hpp"
 #include "linalg/decompositions.hpp"
 
 namespace resonid::design {
@@ -69,7 +70,8 @@ std::vector<std::complex<double>> filter_values(std::span<const Biquad> biquads,
   for (const Biquad& biquad : biquads) {
     const auto filter = biquad.coefficients(sample_time_s);
     for (std::size_t i = 0; i < values.size(); ++i)
-      values[i] *= filter.at(std::polar(1.0, -kTwoPi * frequencies_hz[i] * sample_time_s));
+      values[i] =
+          plain_product(values[i], filter.at(std::polar(1.0, -kTwoPi * frequencies_hz[i] * sample_time_s)));
   }
   return values;
 }
@@ -102,8 +104,18 @@ ControllerStates states_of(const FilteredPi& controller, double sample_time_s) {
   return s;
 }
 
+namespace {
+
+/// Ts z/(z - 1)
+std::complex<double> integrator_of(const std::complex<double>& inverse_z, double sample_time_s) {
+  const std::complex<double> difference = 1.0 - inverse_z;
+  return sample_time_s / square_of(difference) * std::conj(difference);
+}
+
+}  // namespace
+
 std::complex<double> integrator_at(double frequency_hz, double sample_time_s) {
-  return sample_time_s / (1.0 - std::polar(1.0, -kTwoPi * frequency_hz * sample_time_s));
+  return integrator_of(std::polar(1.0, -kTwoPi * frequency_hz * sample_time_s), sample_time_s);
 }
 
 LinearController::LinearController(const FilteredPi& controller, double sample_time_s)
@@ -116,8 +128,8 @@ LinearController::LinearController(const FilteredPi& controller, double sample_t
     values.reserve(frequencies_hz.size());
     for (const double f : frequencies_hz) {
       const auto inverse_z = std::polar(1.0, -kTwoPi * f * sample_time_s);
-      std::complex<double> c = kp + ki * sample_time_s / (1.0 - inverse_z);
-      for (const auto& filter : filters) c *= filter.at(inverse_z);
+      std::complex<double> c = kp + ki * integrator_of(inverse_z, sample_time_s);
+      for (const auto& filter : filters) c = plain_product(c, filter.at(inverse_z));
       values.push_back(c);
     }
     return values;

@@ -18,8 +18,13 @@ struct Biquad {
   /// In powers of z^-1, a0 = 1.
   struct Coefficients {
     std::array<double, 3> b{}, a{};
+    /// In plain arithmetic, without the checks for infinities that std::complex makes: searches ask often.
     [[nodiscard]] std::complex<double> at(std::complex<double> inverse_z) const {
-      return (b[0] + inverse_z * (b[1] + inverse_z * b[2])) / (a[0] + inverse_z * (a[1] + inverse_z * a[2]));
+      const double x = inverse_z.real(), y = inverse_z.imag(), xx = x * x - y * y, xy = 2.0 * x * y;
+      const double n_re = b[0] + b[1] * x + b[2] * xx, n_im = b[1] * y + b[2] * xy;
+      const double d_re = a[0] + a[1] * x + a[2] * xx, d_im = a[1] * y + a[2] * xy;
+      const double square = d_re * d_re + d_im * d_im;
+      return {(n_re * d_re + n_im * d_im) / square, (n_im * d_re - n_re * d_im) / square};
     }
   };
   [[nodiscard]] Coefficients coefficients(double sample_time_s) const;
