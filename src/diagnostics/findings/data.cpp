@@ -107,7 +107,9 @@ constexpr FindingKind kLoop[] = {
     {"input-ahead", "Output ahead of a zero-order hold", "identify", TrustEffect::keeps,
      "The output comes earlier than a zero-order hold at the input allows.",
      "The input is a measured torque, not a commanded one. The model takes that into account.",
-     "Nothing; record the commanded torque for the delay of the whole chain."},
+     "Nothing, unless a controller is to be designed: `tune` needs the delay of the whole chain, so identify "
+     "with "
+     "the commanded torque as `.input`."},
     {"further-delay", "Additional delay", "identify, track", TrustEffect::keeps,
      "The recording shows more or less delay than the one given.",
      "Computation, bus or filter delay beyond the one given. It is part of the model and of the margins.",

@@ -511,6 +511,29 @@ TEST(Tune, RefusesWhatCannotBeReliedOn) {
   EXPECT_NE(refused(identified(), o).find("contradict"), std::string::npos);
 }
 
+/// Error text of a result that is refused.
+std::string refusal_of(const Result& result) {
+  const auto tuning = tune(result, few_draws());
+  EXPECT_FALSE(tuning);
+  return tuning ? std::string() : message_of(tuning.error());
+}
+
+/// As where the torque that was measured was identified with, or a delay was given that is too long.
+TEST(Tune, RefusesAMachineThatAnswersBeforeItsInput) {
+  auto result = identified();
+  result.model->drive.known_delay_s = 0.0;
+  result.model->drive.delay_s = -9.4e-5;
+  const auto measured = refusal_of(result);
+  EXPECT_NE(measured.find("the result of run.csv has a delay of -0.094 ms"), std::string::npos) << measured;
+  EXPECT_NE(measured.find("measured and not commanded (input-ahead)"), std::string::npos) << measured;
+  EXPECT_NE(measured.find("the commanded torque as .input"), std::string::npos) << measured;
+  result.model->drive.known_delay_s = 0.004;
+  result.model->drive.delay_s = -0.005;
+  const auto given = refusal_of(result);
+  EXPECT_NE(given.find("it shows 5 ms less than the 4 ms that were given"), std::string::npos) << given;
+  EXPECT_NE(given.find("without .delay_s"), std::string::npos) << given;
+}
+
 /// The best loop would cross at 4.9 Hz.
 TEST(Tune, CrossesInsideTheBandThatWasMeasured) {
   auto result = identified();

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <resonid/identification/tune.hpp>
+#include <span>
+
+namespace resonid::identification {
+
+/// Refuses results that no controller may be designed from, with the reason and its cure: those whose
+/// machine answers before it is asked.
+[[nodiscard]] expected<void, Error> check_usable(std::span<const Result> results);
+
+}  // namespace resonid::identification
