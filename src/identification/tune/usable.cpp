@@ -3,13 +3,75 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <string>
+#include <vector>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::identification {
 namespace {
 
 std::string whose(const Result& result) {
   return result.record.file.empty() ? "the result" : "the result of " + result.record.file;
+}
+
+/// Of what is estimated, in the order that a result file has.
+std::vector<int> spread_parameters(const fit::DriveModel& model) {
+  std::vector<int> list;
+  for (int i = 0; i < fit::kParameterCount; ++i)
+    if (model.estimated[static_cast<std::size_t>(i)]) list.push_back(i);
+  return list;
+}
+
+std::string_view parameter_name(int i) { return fit::kParameterNames[static_cast<std::size_t>(i)]; }
+
+/// Only a file that was changed by hand or by another program has such a one. What is not known, or not
+/// finite, is judged by others.
+expected<void, Error> check_covariance(const Result& result) {
+  constexpr double kRounding = 1e-6;  // of a correlation
+  const auto& model = result.model->drive;
+  const auto& c = model.covariance;
+  const auto all = spread_parameters(model);
+  for (const int i : all)
+    if (c(i, i) < 0.0)
+      return refuse("results", fmt::format("{} has a negative variance of {} in the covariance of its model, "
+                                           "{:.3g}: required 0 or more; identify it anew",
+                                           whose(result), parameter_name(i), c(i, i)));
+  for (const int i : all)
+    for (const int j : all)
+      if (j > i && std::abs(c(i, j) - c(j, i)) > kRounding * std::sqrt(c(i, i) * c(j, j)))
+        return refuse("results",
+                      fmt::format("{} has a covariance of its model that is not symmetric: of {} with {} it "
+                                  "is {:.3g}, of {} with {} {:.3g}; identify it anew",
+                                  whose(result), parameter_name(i), parameter_name(j), c(i, j),
+                                  parameter_name(j), parameter_name(i), c(j, i)));
+  std::vector<int> known;
+  for (const int i : all)
+    if (c(i, i) > 0.0 && c.row(i).allFinite() && c.col(i).allFinite()) known.push_back(i);
+  if (known.empty()) return {};
+  const auto count = static_cast<Eigen::Index>(known.size());
+  Eigen::MatrixXd correlation(count, count);
+  for (Eigen::Index k = 0; k < count; ++k)
+    for (Eigen::Index l = 0; l < count; ++l) {
+      const int i = known[static_cast<std::size_t>(k)], j = known[static_cast<std::size_t>(l)];
+      correlation(k, l) = 0.5 * (c(i, j) + c(j, i)) / std::sqrt(c(i, i) * c(j, j));
+      if (std::abs(correlation(k, l)) > 1.0 + kRounding)
+        return refuse("results", fmt::format("{} has a covariance of {} with {}, {:.3g}, that is larger than "
+                                             "their variances, {:.3g} and {:.3g}, allow; identify it anew",
+                                             whose(result), parameter_name(i), parameter_name(j), c(i, j),
+                                             c(i, i), c(j, j)));
+    }
+  const auto axes = linalg::symmetric_eigenpairs(correlation);
+  Eigen::Index least = 0;
+  if (axes.values.minCoeff(&least) >= -kRounding) return {};
+  Eigen::Index most = 0;
+  axes.vectors.col(least).cwiseAbs().maxCoeff(&most);
+  return refuse(
+      "results",
+      fmt::format("{} has a covariance of its model that is not positive semi-definite, near {}: no "
+                  "machines are spread like that; identify it anew",
+                  whose(result), parameter_name(known[static_cast<std::size_t>(most)])));
 }
 
 /// A loop acts by what it commands: what answers earlier was measured behind it.
@@ -36,6 +98,7 @@ expected<void, Error> check_ahead(const Result& result) {
 expected<void, Error> check_usable(std::span<const Result> results) {
   for (const Result& result : results) {
     if (!result.model) continue;
+    if (auto checked = check_covariance(result); !checked) return checked;
     if (auto checked = check_ahead(result); !checked) return checked;
   }
   return {};

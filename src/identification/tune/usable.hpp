@@ -7,7 +7,7 @@
 namespace resonid::identification {
 
 /// Refuses results that no controller may be designed from, with the reason and its cure: those whose
-/// machine answers before it is asked.
+/// covariance is none, or whose machine answers before it is asked.
 [[nodiscard]] expected<void, Error> check_usable(std::span<const Result> results);
 
 }  // namespace resonid::identification

@@ -534,6 +534,42 @@ TEST(Tune, RefusesAMachineThatAnswersBeforeItsInput) {
   EXPECT_NE(given.find("without .delay_s"), std::string::npos) << given;
 }
 
+TEST(Tune, RefusesACovarianceThatIsNone) {
+  constexpr auto kJ1 = fit::kDrivenInertia, kJ2 = fit::kLoadInertia, kC = fit::kStiffness;
+  const auto refused = [](auto&& change) {
+    auto result = identified();
+    change(result.model->drive.covariance);
+    return refusal_of(result);
+  };
+  const auto correlate = [](auto& c, int i, int j, double correlation) {
+    c(i, j) = c(j, i) = correlation * std::sqrt(c(i, i) * c(j, j));
+  };
+  const auto negative = refused([](auto& c) { c(kJ2, kJ2) = -1.0; });
+  EXPECT_NE(negative.find("the result of run.csv has a negative variance of load_inertia"), std::string::npos)
+      << negative;
+  const auto asymmetric = refused([](auto& c) { c(kJ1, kJ2) = 1.0; });
+  EXPECT_NE(asymmetric.find("not symmetric: of driven_inertia with load_inertia it is 1, of load_inertia "
+                            "with driven_inertia 0"),
+            std::string::npos)
+      << asymmetric;
+  const auto beyond = refused([&](auto& c) { correlate(c, kJ1, kJ2, 1.5); });
+  EXPECT_NE(beyond.find("a covariance of driven_inertia with load_inertia"), std::string::npos) << beyond;
+  const auto indefinite = refused([&](auto& c) {  // J1 goes with J2 and c, which go against each other
+    correlate(c, kJ1, kJ2, 0.9);
+    correlate(c, kJ1, kC, 0.9);
+    correlate(c, kJ2, kC, -0.9);
+  });
+  EXPECT_NE(indefinite.find("not positive semi-definite"), std::string::npos) << indefinite;
+  // Rounding, and parameters that are wholly correlated, are no fault.
+  auto result = identified();
+  auto& c = result.model->drive.covariance;
+  correlate(c, kJ1, kJ2, 1.0);
+  correlate(c, kJ1, kC, 0.1);  // as that of J2 already is
+  c(kJ1, kJ2) *= 1.0 + 1e-9;
+  const auto tuning = tune(result, few_draws());
+  EXPECT_TRUE(tuning) << message_of(tuning.error());
+}
+
 /// The best loop would cross at 4.9 Hz.
 TEST(Tune, CrossesInsideTheBandThatWasMeasured) {
   auto result = identified();
