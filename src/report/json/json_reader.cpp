@@ -31,6 +31,7 @@ class Reader final : public Fields {
   }
 
   void schema(std::initializer_list<std::string_view> names) override {
+    if (stopped_) return;
     std::vector<std::string> known(names.begin(), names.end());
     const std::size_t before = problems_.size();
     static_cast<void>(here().at("schema").choice(known));

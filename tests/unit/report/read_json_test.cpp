@@ -200,6 +200,7 @@ TEST(ReadJson, NamesWhatWasFoundAndWhatIsRequired) {
   EXPECT_EQ(with("/schema", "resonid.track/1"),
             "$.schema: found \"resonid.track/1\", required one of \"resonid.identification/1\", "
             "\"resonid.identifications/1\"");
+  EXPECT_EQ(message(json::object()), "$.schema: found nothing, required this key");
   EXPECT_EQ(with("/model/parameters/stiffness/value", "143.75"),
             "$.model.parameters.stiffness.value: found \"143.75\", required a number");
   EXPECT_EQ(with("/model/parameters/stiffness/value", -3.0),
