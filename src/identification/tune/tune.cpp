@@ -465,7 +465,7 @@ class Tuner {
 }  // namespace
 
 expected<Tuning, Error> tune(std::span<const Result> results, const TuneOptions& options) {
-  if (auto usable = check_usable(results); !usable) return tl::unexpected(usable.error());
+  if (auto usable = check_usable(results, options); !usable) return tl::unexpected(usable.error());
   if (auto checked = check(results, options); !checked) return tl::unexpected(checked.error());
   if (!results.front().model) return tune_by_response(results.front(), options);
   return Tuner(results, options).run();

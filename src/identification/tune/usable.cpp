@@ -16,6 +16,26 @@ std::string whose(const Result& result) {
   return result.record.file.empty() ? "the result" : "the result of " + result.record.file;
 }
 
+/// "uncertain-resonance (The resonance at 71.6 Hz is known to 22 % only)", of every error.
+std::string error_findings(const Result& result) {
+  std::string text;
+  for (const auto& finding : result.findings) {
+    if (finding.severity != diagnostics::Severity::error) continue;
+    std::string meaning = finding.meaning;
+    if (meaning.ends_with('.')) meaning.pop_back();
+    text += (text.empty() ? "" : "; ") + finding.id + (meaning.empty() ? "" : " (" + meaning + ")");
+  }
+  return text;
+}
+
+expected<void, Error> check_trust(const Result& result, const TuneOptions& options) {
+  if (result.trusted || options.force) return {};
+  const std::string why = error_findings(result);
+  return refuse("results", fmt::format("{} is not trusted{}; cure that, or give .force, which marks every "
+                                       "output",
+                                       whose(result), why.empty() ? "" : ": " + why));
+}
+
 /// Of what is estimated, in the order that a result file has.
 std::vector<int> spread_parameters(const fit::DriveModel& model) {
   std::vector<int> list;
@@ -95,8 +115,9 @@ expected<void, Error> check_ahead(const Result& result) {
 
 }  // namespace
 
-expected<void, Error> check_usable(std::span<const Result> results) {
+expected<void, Error> check_usable(std::span<const Result> results, const TuneOptions& options) {
   for (const Result& result : results) {
+    if (auto checked = check_trust(result, options); !checked) return checked;
     if (!result.model) continue;
     if (auto checked = check_covariance(result); !checked) return checked;
     if (auto checked = check_ahead(result); !checked) return checked;

@@ -570,6 +570,24 @@ TEST(Tune, RefusesACovarianceThatIsNone) {
   EXPECT_TRUE(tuning) << message_of(tuning.error());
 }
 
+TEST(Tune, NamesWhatAResultIsNotTrustedFor) {
+  using diagnostics::Severity;
+  auto result = identified();
+  result.trusted = false;
+  result.findings.push_back({"low-coherence", Severity::warning, {}, {}, "Coherence is low."});
+  result.findings.push_back({"uncertain-resonance",
+                             Severity::error,
+                             {},
+                             {},
+                             "The resonance at 71.6 Hz is known to 22 % only: excite more strongly."});
+  const auto why = refusal_of(result);
+  EXPECT_NE(why.find("the result of run.csv is not trusted: uncertain-resonance (The resonance at 71.6 Hz is "
+                     "known to 22 % only: excite more strongly); cure that, or give .force"),
+            std::string::npos)
+      << why;
+  EXPECT_EQ(why.find("low-coherence"), std::string::npos) << why;
+}
+
 /// The best loop would cross at 4.9 Hz.
 TEST(Tune, CrossesInsideTheBandThatWasMeasured) {
   auto result = identified();
