@@ -181,7 +181,17 @@ expected<identification::Tuning, Error> tuned(const TuneVerb& o,
 
 void simulate(const std::optional<plant::ExperimentConfig>& experiment, identification::Tuning& tuning,
               const identification::Result& result) {
-  if (!experiment) return identification::simulate_on_model(tuning, result);
+  if (!experiment) {  // an unstable loop tells nothing more there
+    if (tuning.proposed().stable) identification::simulate_on_model(tuning, result);
+    return;
+  }
+  constexpr double kOnCircle = 1e-6;
+  for (const auto& pole : tuning.proposed().feedback.poles())
+    if (std::abs(pole) > 1.0 + kOnCircle)
+      throw UsageError(fmt::format(
+          "--simulate: found a controller that is unstable by itself, with a pole at |z| = {:.4g}, "
+          "required one without a pole outside the unit circle",
+          std::abs(pole)));
   const auto done = identification::simulate_on(tuning, *experiment);
   if (!done) throw UsageError(in_options(done.error()));
 }

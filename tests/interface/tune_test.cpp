@@ -597,7 +597,27 @@ TEST_F(TuneVerb, JudgesAControllerThatIsGiven) {
   const auto done = run("tune result.json --evaluate pi:20,0.01 --draws 500 --require-trusted");
   EXPECT_EQ(done.exit_code, 3);
   EXPECT_NE(done.out.find("UNSTABLE"), std::string::npos) << done.out;
-  EXPECT_NE(done.out.find("NOT trusted"), std::string::npos) << done.out;
+  EXPECT_NE(done.out.find("NOT trusted: the loop is UNSTABLE.\n"), std::string::npos) << done.out;
+}
+
+/// An unstable loop is no more simulated than one whose controller is unstable by itself.
+TEST_F(TuneVerb, GivesEveryUnstableLoopOneVerdict) {
+  write("grows.json", R"({"numerator": [2, -1.9], "denominator": [1, -1.2]})");
+  write("reversed.json", R"({"numerator": [-2, 1.9], "denominator": [1, -1]})");
+  for (const std::string given : {"pi:20,0.1", "grows.json", "reversed.json"}) {
+    const auto done = run("tune result.json --draws 500 --evaluate " + given);
+    ASSERT_EQ(done.exit_code, 0) << done.error;
+    EXPECT_NE(done.out.find("NOT trusted: the loop is UNSTABLE.\n"), std::string::npos) << done.out;
+    EXPECT_EQ(done.out.find("see the findings"), std::string::npos) << done.out;
+    EXPECT_EQ(done.out.find("common rule"), std::string::npos) << done.out;
+    EXPECT_EQ(done.out.find("controller.r"), std::string::npos) << done.out;
+  }
+  write("nothing.json", R"({"numerator": [0], "denominator": [1]})");
+  EXPECT_NE(refused("result.json --evaluate nothing.json").find("--evaluate: must have a gain"),
+            std::string::npos);
+  EXPECT_NE(refused("result.json --draws 500 --evaluate grows.json --simulate run.toml")
+                .find("--simulate: found a controller that is unstable by itself, with a pole at |z| = 1.2"),
+            std::string::npos);
 }
 
 TEST_F(TuneVerb, TellsEveryCrossingOfALoopThatHasSeveral) {

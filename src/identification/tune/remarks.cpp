@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <resonid/base/constants.hpp>
 #include <utility>
 #include <vector>
 
@@ -56,13 +57,35 @@ class Remarks {
                          r.record.file));
   }
 
+  /// Where poles lie that tell how: of the first machine, and of the controller itself.
+  [[nodiscard]] std::string unstable_words(const TunedController& c) const {
+    constexpr double kNear = 1e-4, kOnCircle = 1e-6;
+    const double step = t_.sample_time_s, rate = std::log(c.spectral_radius) / step;
+    std::string how = "what it does grows";
+    for (const auto& mode : c.modes) {
+      const double grows = -kTwoPi * mode.frequency_hz * mode.damping_ratio;
+      const double turn = std::sqrt(std::max(0.0, 1.0 - mode.damping_ratio * mode.damping_ratio));
+      if (std::abs(grows - rate) < kNear * rate && turn > 0.0)
+        how = fmt::format("an oscillation at {:.3g} Hz grows", mode.frequency_hz * turn);
+    }
+    if (rate * step < kOnCircle)
+      return fmt::format(
+          "The loop does not come to rest on the identified machine (spectral radius {:.4f}): what disturbs "
+          "it stays.",
+          c.spectral_radius);
+    std::string text = fmt::format(
+        "The loop is unstable on the identified machine (spectral radius {:.4f}): {} tenfold in {:.3g} s.",
+        c.spectral_radius, how, std::log(10.0) / rate);
+    double largest = 0.0;
+    for (const auto& pole : c.feedback.poles()) largest = std::max(largest, std::abs(pole));
+    if (largest > 1.0 + kOnCircle)
+      text += fmt::format(" The controller is unstable by itself: it has a pole at |z| = {:.4g}.", largest);
+    return text;
+  }
+
   void not_within() {
     const auto& c = t_.proposed();
-    if (!c.stable)
-      return note("design-unstable", Severity::error,
-                  fmt::format("The loop is unstable on the identified machine (spectral radius {:.4f}).",
-                              c.spectral_radius),
-                  c.spectral_radius, 1.0);
+    if (!c.stable) return note("design-unstable", Severity::error, unstable_words(c), c.spectral_radius, 1.0);
     if (c.within) return;
     note("bounds-exceeded", Severity::error,
          fmt::format(

@@ -129,6 +129,8 @@ class Tuner {
                                                               std::optional<double> position_gain,
                                                               std::optional<double> beyond_band) const {
     const auto sampled = controller.sampled(sample_time_s_);
+    if (std::ranges::all_of(sampled.numerator, [](double term) { return term == 0.0; }))
+      return refuse(field, "must have a gain: its numerator is 0, so that it does nothing");
     if (position_gain) {
       auto cascade = law_of(sampled, *position_gain);
       if (!cascade)

@@ -296,6 +296,7 @@ std::string running_sentence(const Tuning& t) {
 
 /// Where the crossover lies against the common rule of half the anti-resonance (docs/methods/tune.md 5.3).
 std::string crossover_sentence(const Tuning& t) {
+  if (!t.proposed().stable) return {};
   const auto crossover = value_of(t.proposed(), "crossover_hz");
   if (!crossover || t.machines.size() != 1 || t.machines[0].structure != fit::Structure::two_mass) return {};
   const auto& machine = t.machines.front();

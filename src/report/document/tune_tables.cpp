@@ -131,16 +131,16 @@ Table candidate_table(const Tuning& t) {
   if (is_for_several(t)) table.title += "; figures of " + machine_words(t);
   for (const auto& [c, name] : compared_controllers(t)) {
     const bool first = &c == &t.candidates.front();
-    table.rows.push_back({name, c.gains ? three_digits(c.gains->kp) : "",
-                          c.gains && !is_p(c) ? three_digits(c.gains->ki) : "",
-                          figure_cell(t, c, "sensitivity_peak"),
-                          are_alike(c, t.proposed()) ? figure_cell(t, c, "load_peak") : "",
-                          figure_cell(t, c, "load_step_iae"), figure_cell(t, c, "noise_gain"),
-                          percent_cell(c.draws > 0 ? std::optional(c.probability()) : std::nullopt),
-                          !c.stable ? (stability_is_unknown(t) && first ? "not told stable" : "unstable")
-                          : !c.remark.empty()           ? c.remark
-                          : first && !t.is_evaluation() ? "proposed"
-                                                        : ""});
+    table.rows.push_back(
+        {name, c.gains ? three_digits(c.gains->kp) : "", c.gains && !is_p(c) ? three_digits(c.gains->ki) : "",
+         figure_cell(t, c, "sensitivity_peak"),
+         are_alike(c, t.proposed()) ? figure_cell(t, c, "load_peak") : "", figure_cell(t, c, "load_step_iae"),
+         figure_cell(t, c, "noise_gain"),
+         percent_cell(c.draws > 0 && c.stable ? std::optional(c.probability()) : std::nullopt),
+         !c.stable                     ? (stability_is_unknown(t) && first ? "not told stable" : "unstable")
+         : !c.remark.empty()           ? c.remark
+         : first && !t.is_evaluation() ? "proposed"
+                                       : ""});
   }
   return table;
 }
@@ -215,6 +215,7 @@ Table shaper_table(const Tuning& t) {
 std::string trust_text(const Tuning& t) {
   if (t.trusted) return "Trusted.";
   if (t.options.force) return "FORCED, and NOT trusted.";
+  if (!t.proposed().stable && !stability_is_unknown(t)) return "NOT trusted: the loop is UNSTABLE.";
   return results_are_trusted(t) ? "Bounds NOT kept." : "NOT trusted: see the findings.";
 }
 

@@ -1159,6 +1159,29 @@ TEST(Tune, JudgesAGivenController) {
                           [](const auto& f) { return f.id == "design-unstable"; }));
 }
 
+/// How it grows, whose pole it is, and that a controller of nothing is none.
+TEST(Tune, SaysHowAGivenLoopIsUnstable) {
+  const auto told = [](const data::Controller& controller) {
+    auto o = few_draws();
+    o.evaluate = controller;
+    const auto tuning = tune(identified(), o);
+    if (!tuning) return message_of(tuning.error());
+    for (const auto& finding : tuning->findings)
+      if (finding.id == "design-unstable") return finding.meaning;
+    return std::string();
+  };
+  const auto wild = told(pi(20.0, 0.1));
+  EXPECT_NE(wild.find("an oscillation at "), std::string::npos) << wild;
+  EXPECT_NE(wild.find("grows tenfold in 0.0"), std::string::npos) << wild;
+  EXPECT_EQ(wild.find("by itself"), std::string::npos) << wild;
+  const auto reversed = told(data::Controller(data::TransferFunction{{-2.0, 1.9}, {1.0, -1.0}, 0.002}));
+  EXPECT_NE(reversed.find("what it does grows tenfold"), std::string::npos) << reversed;
+  const auto grows = told(data::Controller(data::TransferFunction{{2.0, -1.9}, {1.0, -1.2}, 0.002}));
+  EXPECT_NE(grows.find("unstable by itself: it has a pole at |z| = 1.2"), std::string::npos) << grows;
+  const auto idle = told(data::Controller(data::TransferFunction{{0.0}, {1.0}, 0.002}));
+  EXPECT_NE(idle.find("must have a gain"), std::string::npos) << idle;
+}
+
 /// Slow filters leave almost nothing of a denominator at standstill, as an integrator leaves nothing.
 TEST(Tune, KnowsWhatLeavesAStandingError) {
   const std::vector<design::Biquad> slow = {{2.0, 0.9, 0.95}, {2.0, 0.9, 0.95}};

@@ -484,6 +484,25 @@ TEST(TuneText, TellsBoundsFromTrust) {
   EXPECT_EQ(document(t).badge->word, "Not trusted");
 }
 
+/// However it is told, and with nothing beside it that only a stable loop has.
+TEST(TuneText, GivesUnstableLoopsOneVerdict) {
+  auto t = test::evaluation();
+  EXPECT_TRUE(holds(text_of(sentences(t)), "The common rule"));
+  t.candidates.front().stable = false;
+  t.findings.push_back({"design-unstable", diagnostics::Severity::error, {}, {}, "It is unstable."});
+  const auto simulated = [&] {
+    t.findings.push_back({"fails-in-simulation", diagnostics::Severity::error, {}, {}, "It is unstable."});
+    return t;
+  };
+  for (const auto& tuning : {t, simulated()}) {
+    const auto text = summary_text(tuning);
+    EXPECT_TRUE(holds(text, "\nNOT trusted: the loop is UNSTABLE.\n")) << text;
+    EXPECT_FALSE(holds(text, "see the findings")) << text;
+    EXPECT_FALSE(holds(text, "The common rule")) << text;
+    EXPECT_FALSE(holds(text, "99.73")) << text;  // per cent of the machines exceed a bound
+  }
+}
+
 /// Of one controller for several machines.
 TEST(TuneText, SaysWhoseFiguresItShows) {
   auto t = test::tuning();
