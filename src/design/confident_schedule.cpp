@@ -33,11 +33,13 @@ class ScheduleSearch {
       nodes_.push_back(*std::move(node));
     }
     constexpr int kRounds = 120;
+    double worst_position = stroke_.from;
     for (int round = 0; round < kRounds; ++round) {
       look();
       const auto worst = std::max_element(places_.begin(), places_.end(), [&](const auto& a, const auto& b) {
         return excess_of(a.looked) < excess_of(b.looked);
       });
+      worst_position = worst->looked.position;
       if (excess_of(worst->looked) > 0.0) {
         if (auto done = improve(worst->looked); !done) return tl::unexpected(done.error());
       } else if (draws_ < options_.confidence.draws) {
@@ -47,8 +49,7 @@ class ScheduleSearch {
         return found();
       }
     }
-    return refuse("confidence", "must be lower for the bounds to be met between nodes",
-                  options_.confidence.probability);
+    return refuse("confidence", "must be lower for the bounds to be met between nodes, too", worst_position);
   }
 
  private:

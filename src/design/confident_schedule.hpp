@@ -44,7 +44,8 @@ struct ConfidentSchedule {
 /// drawn at every position, with the same random numbers; where too many of them exceed a bound between
 /// nodes, a node is added, or the radius of both neighbours is raised, until the probability that all bounds
 /// are met is that of the confidence at every position. No controller need suit all positions. Refused: a
-/// position at which no gain does.
+/// position at which no gain does ("bounds"), and one between nodes at which the bounds are not met with the
+/// confidence however soft the nodes are ("confidence"); the value is the position.
 [[nodiscard]] expected<ConfidentSchedule> confident_schedule(const PosteriorAt& posterior_at,
                                                              const Stroke& stroke,
                                                              const ConfidentScheduleOptions& options);

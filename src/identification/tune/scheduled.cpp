@@ -80,7 +80,18 @@ class Scheduler {
     options.further = o.positions;
     options.most_noise_gain = most_noise_gain(results_, o);
     auto found = confident_schedule(posterior_at_, stroke_, options);
-    if (!found) return tl::unexpected(found.error());
+    if (!found) {
+      const auto& error = found.error();
+      if (error.field == "confidence" && std::isfinite(error.value))
+        return tl::unexpected(not_met_at(o.positions, error.value, o.confidence));
+      if (error.field == "bounds" && std::isfinite(error.value))
+        return refuse(
+            "positions",
+            fmt::format("must have a gain at each that meets the bounds on the machines that may be: "
+                        "at {:.4g} there is none; allow larger bounds or less confidence",
+                        error.value));
+      return tl::unexpected(error);
+    }
     describe(*found);
     if (auto checked = check_places(*found); !checked) return tl::unexpected(checked.error());
     if (auto checked = check_speed(found->schedule); !checked) return tl::unexpected(checked.error());
@@ -211,6 +222,25 @@ class Scheduler {
 };
 
 }  // namespace
+
+Error not_met_at(const std::vector<double>& positions, double place, double confidence) {
+  constexpr double kSame = 1e-9;
+  const auto after = std::ranges::upper_bound(positions, place);
+  const bool between = after != positions.begin() && after != positions.end() &&
+                       place - *(after - 1) > kSame * (positions.back() - positions.front());
+  if (!between)
+    return {"confidence",
+            fmt::format("must be lower for the bounds to be met at {:.4g} by gains that go straight through "
+                        "there; or allow larger bounds",
+                        place),
+            confidence};
+  return {
+      "positions",
+      fmt::format("must have enough positions between {:.4g} and {:.4g}: near {:.4g} what the machine may "
+                  "be between two results exceeds a bound with more than {:.3g} % probability, whatever "
+                  "the gains; record there, or allow larger bounds or less confidence",
+                  *(after - 1), *after, place, 100.0 * (1.0 - confidence))};
+}
 
 double TunedSchedule::probability() const {
   double most = 0.0;

@@ -19,6 +19,10 @@ namespace resonid::identification {
 [[nodiscard]] expected<RobustLaw, Error> schedule_gains(Tuning& tuning, std::span<const Result> results,
                                                         const std::vector<design::Posterior>& posteriors);
 
+/// Where the bounds are not met with the confidence, however soft the gains around: between two results what
+/// is open of the machine, which a recording there would tell.
+[[nodiscard]] Error not_met_at(const std::vector<double>& positions, double place, double confidence);
+
 /// What one PI for all positions, which needs no position, would do on a run through the stroke.
 void add_one_for_all(Tuning& tuning, const design::FilteredPi& gains);
 

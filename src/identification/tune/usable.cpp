@@ -113,9 +113,18 @@ expected<void, Error> check_ahead(const Result& result) {
                             whose(result), 1e3 * delay_s));
 }
 
+expected<void, Error> check_ascending(const std::vector<double>& positions) {
+  for (std::size_t i = 1; i < positions.size(); ++i)
+    if (!(positions[i] > positions[i - 1]))
+      return refuse("positions",
+                    fmt::format("must ascend: {:g} comes behind {:g}", positions[i], positions[i - 1]));
+  return {};
+}
+
 }  // namespace
 
 expected<void, Error> check_usable(std::span<const Result> results, const TuneOptions& options) {
+  if (auto checked = check_ascending(options.positions); !checked) return checked;
   for (const Result& result : results) {
     if (auto checked = check_trust(result, options); !checked) return checked;
     if (!result.model) continue;

@@ -20,6 +20,7 @@
 #include "design/figures.hpp"
 #include "design/posterior.hpp"
 #include "identification/tune/reach.hpp"
+#include "identification/tune/scheduled.hpp"
 
 namespace resonid::identification {
 namespace {
@@ -1586,6 +1587,24 @@ TEST(Tune, SchedulesMachinesThatNoSinglePiSuits) {
   EXPECT_EQ(*s.largest_speed, 0.2);
   const auto code = exported(*tuning, ExportFormat::c, {});
   ASSERT_TRUE(code) << message_of(code.error());
+}
+
+TEST(Tune, NamesTheGapThatLeavesTooMuchOpen) {
+  const std::vector<double> positions = {0.4, 0.64, 0.76, 1.4};
+  const auto between = not_met_at(positions, 0.7, 0.95);
+  EXPECT_EQ(between.field, "positions");
+  EXPECT_TRUE(between.requirement.str().starts_with(
+      "must have enough positions between 0.64 and 0.76: near 0.7 what the machine may be between two "
+      "results "
+      "exceeds a bound with more than 5 % probability, whatever the gains; record there"))
+      << between.requirement.str();
+  for (const double place : positions) EXPECT_EQ(not_met_at(positions, place, 0.95).field, "confidence");
+
+  auto o = few_draws();
+  o.positions = {0.385, 0.8, 0.8};
+  const auto same = tune(std::vector<Result>{identified(), identified(), identified()}, o);
+  ASSERT_FALSE(same);
+  EXPECT_EQ(message_of(same.error()), "positions: must ascend: 0.8 comes behind 0.8");
 }
 
 TEST(Tune, LimitsNoiseAndStepOfASchedule) {
