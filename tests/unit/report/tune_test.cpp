@@ -440,6 +440,23 @@ TEST(TuneText, SaysOfEverySimulatedRunWhatItWas) {
             "0.290 rad (promised 0.280 rad).");
 }
 
+/// A slow loop is farther off its reference through a shaper, which leaves no vibration.
+TEST(TuneText, TellsCreepFromVibration) {
+  auto t = test::full_tuning();
+  const auto put = [&](double plain, double shaped) {
+    t.simulated = {
+        {"reference step", {}, {}, {}, {}, {{"deviation_left", "%", plain, plain}}},
+        {"reference step through the shaper", {}, {}, {}, {}, {{"deviation_left", "%", shaped, shaped}}}};
+    return text_of(sentences(t));
+  };
+  EXPECT_TRUE(
+      holds(put(47.9, 58.7),
+            "leaves 4.1 % of the vibration or less. What is left of the load's deviation on the simulated "
+            "machine, 58.7 % through it and 47.9 % without, is no vibration but how slowly the loop comes"));
+  EXPECT_FALSE(holds(put(47.9, 5.2), "is no vibration"));
+  EXPECT_FALSE(holds(put(1.2, 1.4), "is no vibration"));  // less than a shaper may leave
+}
+
 TEST(TuneText, SaysOfAForcedDesignOnlyWhatItWouldKeep) {
   auto t = test::tuning();
   t.trusted = false;
