@@ -54,6 +54,17 @@ FirstLoop designed(const FirstLoopOptions& options) {
   throw UsageError(in_options(loop.error()));
 }
 
+/// The ratios of inertias that are promised; where both inertias are told, theirs is known.
+std::string ratio_words(const FirstLoopOptions& o) {
+  constexpr double kLeast = 0.1, kMost = 10.0;
+  const std::string all = "whose load has 0.1 ... 10 times the motor's inertia";
+  if (!o.motor_inertia || !o.total_inertia) return all;
+  const double ratio = *o.total_inertia / *o.motor_inertia - 1.0;
+  return ratio >= kLeast && ratio <= kMost
+             ? fmt::format("whose load has {:.3g} times the motor's inertia, as this one's", ratio)
+             : fmt::format("{} (this one's has {:.3g} times, which was not looked at)", all, ratio);
+}
+
 std::vector<std::string> sentences_of(const FirstLoop& loop) {
   const auto& gains = *loop.controller.gains;
   const auto& o = loop.options;
@@ -62,10 +73,10 @@ std::vector<std::string> sentences_of(const FirstLoop& loop) {
                   gains.kp, gains.ki, gains.kp / gains.ki),
       fmt::format(
           "Soft on purpose: it crosses over near {:.2g} Hz, as long as motor and load move as one. It is "
-          "half of what keeps "
-          "every two-mass machine stable whose load has 0.1 ... 10 times the motor's inertia and whose "
-          "resonance has a damping ratio of {:g} or more, wherever it lies.",
-          loop.crossover_hz, o.least_damping),
+          "half of what keeps every two-mass machine stable {} and whose resonance has a damping ratio of "
+          "{:g} "
+          "or more, wherever it lies.",
+          loop.crossover_hz, ratio_words(o), o.least_damping),
       fmt::format(
           "Assumed: {:.3g} ms from torque to measured velocity: delay {:g} ms, half a sample {:g} ms, torque "
           "lag {:g} ms. Give the longest delay that may be.",
@@ -129,7 +140,7 @@ void run_first_loop(const FirstLoopVerb& given) {
     write_json(given.json, json);
   }
   if (quiet) return;
-  print_summary(brief_text("A first loop, for a machine that nothing is known of but its inertia.",
+  print_summary(brief_text("A first loop, for a machine of which no more than inertias are known.",
                            sentences_of(loop)));
   for (const auto& e : exports) print(fmt::format("{} written to {}\n", name_of(e.format), e.file));
 }

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <utility>
 
 #include "program.hpp"
 
@@ -30,6 +31,22 @@ TEST_F(FirstLoopVerb, SaysItsGainsAndWhatTheyRestOn) {
   ASSERT_EQ(done.exit_code, 0) << done.error;
   EXPECT_NE(done.out.find("kp 0.201 Nm/(rad/s), ki 0.105 Nm/rad"), std::string::npos) << done.out;
   EXPECT_NE(done.out.find("5 ms from torque to measured velocity"), std::string::npos) << done.out;
+  EXPECT_NE(done.out.find("a machine of which no more than inertias are known"), std::string::npos)
+      << done.out;
+  const auto summary = [&](const std::string& known) {
+    auto out = run("tune --first-loop " + known + " --sample-rate 500 --brief").out;
+    for (std::size_t at; (at = out.find("\n  ")) != std::string::npos;) out.replace(at, 3, " ");
+    return out;
+  };
+  for (const auto& [known, words] : {std::pair{"motor_inertia=0.032,total_inertia=0.064",
+                                               "whose load has 1 times the motor's inertia, as"},
+                                     std::pair{"motor_inertia=0.032,largest_ratio=1",
+                                               "whose load has 0.1 ... 10 times the motor's inertia and"},
+                                     std::pair{"motor_inertia=0.1,total_inertia=2.1",
+                                               "(this one's has 20 times, which was not looked at)"}}) {
+    const auto text = summary(known);
+    EXPECT_NE(text.find(words), std::string::npos) << text;
+  }
   ASSERT_EQ(run(known_ + "--export hal:named.hal --export-thread fast-thread").exit_code, 0);
   EXPECT_NE(text("named.hal").find(" fast-thread"), std::string::npos) << text("named.hal");
   EXPECT_NE(refused(known_ + "--export st:first.st --export-thread fast-thread").find("--export hal:FILE"),

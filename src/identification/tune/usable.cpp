@@ -36,7 +36,7 @@ expected<void, Error> check_trust(const Result& result, const TuneOptions& optio
                                        whose(result), why.empty() ? "" : ": " + why));
 }
 
-/// Of what is estimated, in the order that a result file has.
+/// What is estimated, in the order that a result file has.
 std::vector<int> spread_parameters(const fit::DriveModel& model) {
   std::vector<int> list;
   for (int i = 0; i < fit::kParameterCount; ++i)
