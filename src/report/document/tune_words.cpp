@@ -110,7 +110,11 @@ std::string share_text(double share) {
   return fmt::format("{:.0f} %", percent);
 }
 
-std::string ShownUnit::number(double value) const { return three_digits(factor * value); }
+std::string ShownUnit::number(double value) const {
+  constexpr double kRounding = 1e-6;  // per cent of a step: below any sample
+  const double shown = factor * value;
+  return unit == "%" && std::abs(shown) < kRounding ? "0" : three_digits(shown);
+}
 
 std::string ShownUnit::text(double value) const { return number(value) + (unit.empty() ? "" : " " + unit); }
 

@@ -440,6 +440,14 @@ TEST(TuneText, SaysOfEverySimulatedRunWhatItWas) {
             "0.290 rad (promised 0.280 rad).");
 }
 
+TEST(TuneText, WritesNoRoundingDust) {
+  auto t = test::tuning();
+  t.simulated = {{"reference step", {}, {}, {}, {}, {{"reference_overshoot", "%", 0.0, 1.12e-11}}}};
+  EXPECT_TRUE(holds(text_of(sentences(t)), "overshoot of the load 0 % (promised 0 %)."));
+  t.simulated.front().figures.front().simulated = 2e-4;
+  EXPECT_TRUE(holds(text_of(sentences(t)), "overshoot of the load 0.000200 % (promised 0 %)."));
+}
+
 /// A slow loop is farther off its reference through a shaper, which leaves no vibration.
 TEST(TuneText, TellsCreepFromVibration) {
   auto t = test::full_tuning();
