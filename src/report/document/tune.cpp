@@ -226,6 +226,38 @@ std::string cost_text(const std::vector<TradeOff>& curve, double bound, double T
                      three_digits(next->*of), symbol, 100.0 * less);
 }
 
+/// What loosens a bound; nothing where no option does.
+std::string_view option_of_bound(std::string_view figure, bool of_position) {
+  struct Loosened {
+    std::string_view figure, option;
+  };
+  constexpr Loosened kOptions[] = {{"sensitivity_peak", ".largest_sensitivity"},
+                                   {"complementary_peak", ".largest_complementary"},
+                                   {"controller_sensitivity_peak", ".largest_controller_sensitivity"}};
+  if (figure == "load_peak") return of_position ? ".largest_position_transfer" : ".largest_load_transfer";
+  for (const auto& known : kOptions)
+    if (known.figure == figure) return known.option;
+  return {};
+}
+
+/// Bounds whose price was not worked out: where each is reached, what loosens it, and how to learn the price.
+std::string looser_bounds_sentence(const TunedController& c, const std::vector<std::string>& names) {
+  const bool of_position = c.position_gain.has_value();
+  std::string text;
+  for (const auto& name : names) {
+    const auto* figure = c.figure(name);
+    const auto option = option_of_bound(name, of_position);
+    text += (text.empty() ? "" : " or ") + loop_figure_symbol(name, of_position);
+    if (figure != nullptr && figure->frequency_hz)
+      text += fmt::format(", largest near {} Hz", three_digits(*figure->frequency_hz));
+    if (!option.empty()) text += fmt::format(" ({})", option);
+  }
+  if (text.empty()) return {};
+  return fmt::format(
+      " Larger gains need a looser bound on {}: design again with one, and compare the {} of the load step.",
+      text, is_p(c) ? "peak" : "IAE");
+}
+
 std::string limit_sentence(const Tuning& t) {
   const auto& c = t.proposed();
   if (c.limits.empty() || t.is_evaluation()) return {};
@@ -240,14 +272,13 @@ std::string limit_sentence(const Tuning& t) {
     return std::find(c.limits.begin(), c.limits.end(), name) != c.limits.end();
   };
   const bool has_prices = !c.position_gain && !is_p(c);  // the curves of bounds are those of a velocity PI
-  std::string unknown;
+  std::vector<std::string> unknown;
   for (const auto& name : c.limits) {
     const bool is_computed = has_prices && (name == "sensitivity_peak" || name == "load_peak");
     if (is_computed || name == "beyond_band_peak") continue;  // the band's worth is a finding
-    unknown += (unknown.empty() ? "" : " or ") + loop_figure_symbol(name, c.position_gain.has_value());
+    unknown.push_back(name);
   }
-  if (!unknown.empty())
-    text += fmt::format(" What a looser bound on {} would buy was not computed.", unknown);
+  text += looser_bounds_sentence(c, unknown);
   if (!has_prices) return text;
   if (limits("sensitivity_peak"))
     text += cost_text(t.over_sensitivity, t.options.largest_sensitivity, &TradeOff::sensitivity, "|S|");

@@ -296,25 +296,29 @@ TEST(TuneText, TellsFirstStepLimitsAndWhatUncertaintyCosts) {
 }
 
 /// Curves of a bound are of |S| and |T_load| under a velocity PI.
-TEST(TuneText, SaysWhereThePriceOfABoundWasNotComputed) {
+TEST(TuneText, SaysHowToLearnThePriceOfABound) {
   auto t = test::tuning();
   auto& c = t.candidates.front();
+  for (auto& figure : c.figures)
+    if (figure.name == "sensitivity_peak") figure.frequency_hz = 12.3;
   c.limits = {"sensitivity_peak", "controller_sensitivity_peak"};
   auto text = text_of(sentences(t));
   EXPECT_TRUE(
       holds(text,
-            "What limits the design: the bounds on |S| and |C S|. What a looser bound on |C S| would buy "
-            "was not computed. A bound of 1.60 on |S| would make"))
+            "What limits the design: the bounds on |S| and |C S|. Larger gains need a looser bound on |C S| "
+            "(.largest_controller_sensitivity): design again with one, and compare the IAE of the load step. "
+            "A bound of 1.60 on |S| would make"))
       << text;
   c.position_gain = 12.5;
   c.limits = {"sensitivity_peak", "load_peak"};
   text = text_of(sentences(t));
   EXPECT_TRUE(
       holds(text,
-            "What limits the design: the bounds on |S| and |T_position|. What a looser bound on |S| or "
-            "|T_position| would buy was not computed.\n"))
+            "What limits the design: the bounds on |S| and |T_position|. Larger gains need a looser bound on "
+            "|S|, largest near 12.3 Hz (.largest_sensitivity) or |T_position|, largest near "))
       << text;
   EXPECT_TRUE(holds(text, "|T_position| <= 1.30)")) << text;
+  EXPECT_TRUE(holds(text, "(.largest_position_transfer): design again with one")) << text;
   EXPECT_FALSE(holds(text, "of the best PI")) << text;
   EXPECT_TRUE(holds(summary_text(t), "largest |T_position|"));
   EXPECT_FALSE(holds(summary_text(t), "largest |T_load|"));
