@@ -118,8 +118,10 @@ constexpr FindingKind kTune[] = {
      "At rest both make a slow limit cycle; the figures of the design are those of motion.",
      "Try it with `.simulate`; hold the integral part at rest, or design without one (`.structure p`)."},
     {"simulation-beyond-bound", "Beyond a bound in the simulation", "tune", TrustEffect::withdraws,
-     "On the drive of the simulation |S| exceeds its bound.",
-     "That drive is not the identified one, or has a mode above the band that was measured.",
+     "On the drive of the simulation |S| (or |T|, |C S|) exceeds its bound by more than the 0.2 % by which "
+     "searches aim below it.",
+     "That drive is not the identified one (the text names what differs), or has a mode above the band that "
+     "was measured.",
      "Identify that drive, or excite up to the frequency that the text names."},
     {"fails-in-simulation", "Fails in the simulation", "tune", TrustEffect::withdraws,
      "On the drive that it was simulated on the loop is unstable.",
@@ -136,8 +138,11 @@ constexpr FindingKind kTune[] = {
      "The loop is not the promised one, or the machine is one of the few that the confidence leaves out.",
      "Go back to the gains that ran before; identify the new recording, and design for it."},
     {"simulation-differs", "Simulation differs", "tune", TrustEffect::keeps,
-     "On the simulated drive a step is far from what the linear design promises.",
-     "Dry friction, the torque limit, or an experiment of another drive.",
+     "On the simulated drive a step or motion is more than 10 % off what the linear design promises, beyond "
+     "its interval.",
+     "Dry friction, a lag, an encoder or the torque limit of the experiment, or another drive: the text "
+     "names "
+     "what is likely.",
      "Look at the simulated runs; ramp the reference, or identify the drive as it is."},
     {"check-undecided", "Check undecided", "tune", TrustEffect::keeps,
      "The recording under the new controller is itself not reliable, or too noisy to show a difference that "

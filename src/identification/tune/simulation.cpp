@@ -14,6 +14,7 @@
 #include "identification/tune/checks.hpp"
 #include "identification/tune/figure_values.hpp"
 #include "identification/tune/law.hpp"
+#include "identification/tune/simulated_differences.hpp"
 
 namespace resonid::identification {
 namespace {
@@ -24,30 +25,6 @@ using plant::MotionKind;
 
 constexpr double kStepAt = 0.05;        // of the run
 constexpr double kLeastSettling = 0.1;  // s
-
-plant::DriveConfig drive_config(const fit::DriveModel& m) {
-  const auto& p = m.parameters;
-  plant::DriveConfig drive;
-  drive.structure = m.structure == fit::Structure::rigid      ? plant::Structure::rigid
-                    : m.structure == fit::Structure::two_mass ? plant::Structure::two_mass
-                                                              : plant::Structure::three_mass;
-  drive.driven_inertia = p.driven_inertia;
-  if (m.structure != fit::Structure::rigid) {
-    drive.load_inertia = p.load_inertia;
-    drive.stiffness = p.stiffness;
-    drive.damping = p.damping;
-    drive.load_viscous_friction = std::max(0.0, p.load_viscous_friction);
-    drive.load_ground_stiffness = p.load_ground_stiffness;
-  }
-  if (m.structure == fit::Structure::three_mass) {
-    drive.middle_inertia = p.middle_inertia;
-    drive.stiffness_2 = p.stiffness_2;
-    drive.damping_2 = p.damping_2;
-  }
-  drive.viscous_friction = std::max(0.0, p.viscous_friction);
-  drive.motor_ground_stiffness = p.motor_ground_stiffness;
-  return drive;
-}
 
 double total_inertia(const fit::DriveModel& m) {
   const auto& p = m.parameters;
@@ -327,69 +304,40 @@ class Simulator {
       run.time_s.push_back(static_cast<double>(k) / record.sample_rate_hz);
     const auto& steps = config.disturbance.load_step_at_s;
     put_figures(c, config, record.output.samples, steps.empty() ? 0.0 : steps.front(), run);
-    if (what.starts_with("load")) put_loop(c, simulation->truth.loop, run);
-    if (&c == &t_.proposed()) compare(run);
+    if (what.starts_with("load")) put_loop(c, config, simulation->truth, run);
+    if (&c == &t_.proposed()) compare_with_promise(t_, config, run, told_cut_);
     t_.simulated.push_back(std::move(run));
     return {};
   }
 
-  /// The loop of the drive that is simulated, every delay in it.
-  void put_loop(const TunedController& c, const data::FrequencyResponse& loop, SimulatedRun& run) {
-    const auto* figure = c.figure("sensitivity_peak");
-    if (figure == nullptr || loop.lines() == 0) return;
-    double largest = 0.0, at = 0.0;
-    for (std::size_t i = 0; i < loop.lines(); ++i)
-      if (const double size = 1.0 / std::abs(1.0 + loop.value[i]); size > largest) {
-        largest = size;
-        at = loop.frequency_hz[i];
-      }
-    run.figures.push_back({figure->name, figure->unit, figure->value, largest});
-    constexpr double kRounding = 1.01;
-    if (&c != &t_.proposed() || !figure->bound || largest <= kRounding * *figure->bound) return;
-    t_.trusted = false;
-    t_.findings.push_back({"simulation-beyond-bound", diagnostics::Severity::error, largest, *figure->bound,
-                           fmt::format("On the simulated drive |S| is {:.3g} at {:.3g} Hz, more than {:.3g}.",
-                                       largest, at, *figure->bound)});
-  }
-
-  /// What the linear design promises beside what came: friction, limits and another machine make it differ.
-  void compare(const SimulatedRun& run) {
-    constexpr double kPart = 0.3, kPoints = 10.0;
-    if (run.what.starts_with("motion")) return;  // its errors are small, and friction alone is a part of them
-    if (run.what.ends_with("shaper")) return;    // the step without it tells as much
-    std::string differing;
-    const SimulatedFigure* first = nullptr;
-    for (const auto& figure : run.figures) {
-      // What is summed up until it has settled is not all there after a cut.
-      const bool cut = told_cut_ && (figure.name == "load_step_iae" || figure.name == "reference_settling_s");
-      if (!figure.promised || cut) continue;
-      double room = figure.name == "reference_overshoot" || figure.name == "deviation_left"
-                        ? kPoints
-                        : kPart * std::abs(*figure.promised);
-      if (figure.name == "reference_settling_s") room += 1.5 * t_.sample_time_s;
-      if (distance(figure) <= room) continue;
-      differing += fmt::format("{}{} {:.3g}{} came, {:.3g} was promised", first == nullptr ? "" : "; ",
-                               figure_words(figure.name), figure.simulated,
-                               figure.unit.empty() ? "" : " " + figure.unit, *figure.promised);
-      if (first == nullptr) first = &figure;
-    }
-    if (first == nullptr) return;
-    t_.findings.push_back(
-        {"simulation-differs", diagnostics::Severity::warning, first->simulated, first->promised,
-         fmt::format("{}: {}: friction, the torque limit, or a drive that is not the identified one.",
-                     run.what, differing)});
-  }
-
-  /// From what 95 % of the machines do: settling of a load that swings back to the very edge of its band
-  /// jumps.
-  [[nodiscard]] double distance(const SimulatedFigure& simulated) const {
-    const auto* figure = t_.proposed().figure(simulated.name);
-    double low = *simulated.promised, high = low;
-    if (figure != nullptr && figure->low && figure->high && figure->value != 0.0) {
-      low = std::min(low, low * *figure->low / figure->value);
-      high = std::max(high, high * *figure->high / figure->value);
-    }
-    return std::max({0.0, low - simulated.simulated, simulated.simulated - high});
+  /// The loop of the drive that is simulated, every delay in it: |S|, and what else of it is bounded.
+  void put_loop(const TunedController& c, const ExperimentConfig& config, const plant::Truth& truth,
+                SimulatedRun& run) {
+    const auto& loop = truth.loop;
+    const auto put_largest = [&](const char* name, const auto& size_at) {
+      const auto* figure = c.figure(name);
+      if (figure == nullptr || loop.lines() == 0) return;
+      double largest = 0.0, at_hz = 0.0;
+      for (std::size_t i = 0; i < loop.lines(); ++i)
+        if (const double size = size_at(i); size > largest) {
+          largest = size;
+          at_hz = loop.frequency_hz[i];
+        }
+      run.figures.push_back({figure->name, figure->unit, figure->value, largest});
+      if (&c == &t_.proposed()) compare_with_bound(t_, config, *figure, largest, at_hz);
+    };
+    const auto put_bounded = [&](const char* name, const auto& size_at) {
+      if (const auto* figure = c.figure(name); figure != nullptr && figure->bound) put_largest(name, size_at);
+    };
+    const auto sensitivity = [&](std::size_t i) { return 1.0 / std::abs(1.0 + loop.value[i]); };
+    put_largest("sensitivity_peak", sensitivity);
+    put_bounded("complementary_peak",
+                [&](std::size_t i) { return std::abs(loop.value[i]) * sensitivity(i); });
+    // The position of a cascade has no filter, so that its loop has no one C.
+    if (!truth.controller || c.position_gain) return;
+    put_bounded("controller_sensitivity_peak", [&](std::size_t i) {
+      return std::abs(truth.controller->response(loop.frequency_hz[i])) * sensitivity(i);
+    });
   }
 
   static void put(SimulatedRun& run, const TunedController& c, const char* name, double simulated,
@@ -610,11 +558,35 @@ class Simulator {
 
 }  // namespace
 
+plant::DriveConfig drive_config_of(const fit::DriveModel& m) {
+  const auto& p = m.parameters;
+  plant::DriveConfig drive;
+  drive.structure = m.structure == fit::Structure::rigid      ? plant::Structure::rigid
+                    : m.structure == fit::Structure::two_mass ? plant::Structure::two_mass
+                                                              : plant::Structure::three_mass;
+  drive.driven_inertia = p.driven_inertia;
+  if (m.structure != fit::Structure::rigid) {
+    drive.load_inertia = p.load_inertia;
+    drive.stiffness = p.stiffness;
+    drive.damping = p.damping;
+    drive.load_viscous_friction = std::max(0.0, p.load_viscous_friction);
+    drive.load_ground_stiffness = p.load_ground_stiffness;
+  }
+  if (m.structure == fit::Structure::three_mass) {
+    drive.middle_inertia = p.middle_inertia;
+    drive.stiffness_2 = p.stiffness_2;
+    drive.damping_2 = p.damping_2;
+  }
+  drive.viscous_friction = std::max(0.0, p.viscous_friction);
+  drive.motor_ground_stiffness = p.motor_ground_stiffness;
+  return drive;
+}
+
 ExperimentConfig experiment_of(const Result& result, const TuneOptions& options) {
   assert(result.model);
   ExperimentConfig config;
   const auto& model = *result.model;
-  config.drive = drive_config(model.drive);
+  config.drive = drive_config_of(model.drive);
   if (result.units.inertia == "kg") config.drive.motion = data::Motion::linear;
   if (model.coulomb_friction) config.friction.driven.coulomb = std::max(0.0, model.coulomb_friction->value);
   const auto& further = model.further_friction;
