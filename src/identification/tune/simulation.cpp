@@ -197,7 +197,7 @@ class Simulator {
     shaft.velocity = velocity;
     shaft.acceleration = velocity / rise;
     shaft.jerk = 2.0 * velocity / (rise * rise);
-    shaft.wait_s = kStepAt * settling;
+    shaft.wait_s = step_at_s(settling);
     // One and a half times the rise to get up to it, as long down again, and the settling in between.
     config.motion = on_plant(shaft, velocity * (1.5 * rise + settling));
     config.run.duration_s = 3.0 * rise + 2.5 * settling;
@@ -231,8 +231,16 @@ class Simulator {
     return std::min(longest, most);
   }
 
-  /// As steep as a sample allows.
-  [[nodiscard]] ExperimentConfig reference_step(double settling, double further = 0.0) const {
+  /// When steps come: at a sample, since between two of them a controller sees a part of the step first.
+  [[nodiscard]] double step_at_s(double settling) const {
+    return std::max(1.0, std::round(kStepAt * settling * base_.run.sample_rate_hz)) /
+           base_.run.sample_rate_hz;
+  }
+
+  /// From one sample to the next: within a part of the time between them, so that rounding leaves nothing of
+  /// the ramp at either. Through a shaper it takes all of that time, which places impulses between samples.
+  [[nodiscard]] ExperimentConfig reference_step(double settling, double further = 0.0,
+                                                double ramp_samples = 0.5) const {
     ExperimentConfig config = base_;
     const double step = t_.options.reference_step;
     config.disturbance = {};
@@ -240,8 +248,8 @@ class Simulator {
     plant::MotionConfig shaft;
     shaft.kind = MotionKind::trapezoidal;
     shaft.velocity = step;
-    shaft.acceleration = step / t_.sample_time_s;
-    shaft.wait_s = kStepAt * settling;
+    shaft.acceleration = step * base_.run.sample_rate_hz / ramp_samples;
+    shaft.wait_s = step_at_s(settling) + 0.5 * (1.0 - ramp_samples) / base_.run.sample_rate_hz;
     // So far that it is still under way when the run ends.
     config.motion = on_plant(shaft, step * (config.run.duration_s + t_.sample_time_s));
     return config;
@@ -254,7 +262,7 @@ class Simulator {
   }
 
   [[nodiscard]] ExperimentConfig shaped_step(double settling) const {
-    ExperimentConfig config = reference_step(settling, shaper()->duration_s);
+    ExperimentConfig config = reference_step(settling, shaper()->duration_s, 1.0);
     config.motion.shaper_amplitudes = shaper()->amplitudes;
     config.motion.shaper_times_s = shaper()->times_s;
     return config;
@@ -265,7 +273,7 @@ class Simulator {
     ExperimentConfig config = base_;
     config.disturbance = {};
     config.disturbance.load_step = {-load_torque()};
-    config.disturbance.load_step_at_s = {kStepAt * settling};
+    config.disturbance.load_step_at_s = {step_at_s(settling)};
     config.run.duration_s = 2.0 * settling;
     plant::MotionConfig shaft;
     shaft.kind = MotionKind::constant;
@@ -378,13 +386,9 @@ class Simulator {
       run.figures.push_back({"reference_peak_torque", t_.units.torque,
                              linear_run(c, run.reference, no_torque(run)).peak_torque, peak});
     } else if (what.starts_with("reference")) {
-      // The step comes along a ramp of a sample, and a difference of positions is half a sample late.
-      constexpr double kReached = 1.0 - 1e-9;
-      double overshoot = 0.0, settled = 0.0, begin = 0.5 * t_.sample_time_s;
-      bool reached = false;
+      const double begin = run.time_s[step_sample(run)] + seen_late_s();
+      double overshoot = 0.0, settled = 0.0;
       for (std::size_t k = 0; k < run.velocity.size(); ++k) {
-        reached = reached || run.reference[k] >= kReached * step;
-        if (!reached) begin += (1.0 - run.reference[k] / step) * t_.sample_time_s;
         overshoot = std::max(overshoot, run.velocity[k] / step - 1.0);
         if (std::abs(run.velocity[k] / step - 1.0) > 0.02) settled = run.time_s[k] + t_.sample_time_s;
       }
@@ -407,6 +411,19 @@ class Simulator {
     }
   }
 
+  /// The first sample at which the reference has stepped.
+  static std::size_t step_sample(const SimulatedRun& run) {
+    constexpr double kRounding = 1e-9;
+    const auto begin = std::ranges::find_if(run.reference, [](double r) { return r > kRounding; });
+    return begin == run.reference.end() ? 0 : static_cast<std::size_t>(begin - run.reference.begin());
+  }
+
+  /// A difference of positions is the velocity half a sample before.
+  [[nodiscard]] double seen_late_s() const {
+    const bool sampled = is_rigid(base_.drive) && base_.measurement.velocity == plant::VelocitySource::sensor;
+    return sampled ? 0.0 : 0.5 * t_.sample_time_s;
+  }
+
   static std::vector<double> no_torque(const SimulatedRun& run) {
     return std::vector<double>(run.reference.size(), 0.0);
   }
@@ -415,9 +432,8 @@ class Simulator {
   /// it was shaped or not.
   void put_deviation(const TunedController& c, SimulatedRun& run) const {
     const double wait_s = std::max(shaper()->duration_s, 1.0 / t_.shaped_mode->frequency_hz);
-    const auto begin = std::ranges::find_if(run.reference, [](double r) { return r > 0.0; });
-    const auto from = static_cast<std::size_t>(begin - run.reference.begin()) +
-                      static_cast<std::size_t>(std::ceil(wait_s / t_.sample_time_s));
+    const std::size_t from =
+        step_sample(run) + static_cast<std::size_t>(std::ceil(wait_s / t_.sample_time_s));
     const auto swing = [&](const std::vector<double>& load) {
       double largest = 0.0;
       for (std::size_t k = from; k < load.size(); ++k)

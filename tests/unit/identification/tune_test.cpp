@@ -1658,6 +1658,34 @@ TEST(Tune, SimulatesWhatItPromises) {
   EXPECT_EQ(tuning->findings.back().id, "fails-in-simulation");
 }
 
+/// The reference steps from one sample to the next, so that its first torque is the one that is promised; its
+/// settling is counted from there, to within a sample.
+TEST(Tune, StepsTheReferenceAtASample) {
+  const auto result = identified();
+  for (const double step : {1.0, 0.3}) {
+    auto o = few_draws();
+    o.reference_step = step;
+    auto tuning = tune(result, o);
+    ASSERT_TRUE(tuning) << message_of(tuning.error());
+    ASSERT_TRUE(simulate_on(*tuning, experiment_of(result, o)));
+    const auto& run = tuning->simulated.front();
+    ASSERT_EQ(run.what, "reference step");
+    ASSERT_EQ(run.reference.front(), 0.0);
+    for (const double r : run.reference)
+      if (r != 0.0) {
+        EXPECT_NEAR(r, step, 1e-9 * step);
+      }
+    EXPECT_NEAR(run.reference.back(), step, 1e-9 * step);
+    for (const auto& figure : run.figures) {
+      ASSERT_TRUE(figure.promised);
+      const double tolerance = figure.name == "reference_settling_s"    ? 0.002
+                               : figure.name == "reference_peak_torque" ? 1e-4 * *figure.promised
+                                                                        : 0.2;
+      EXPECT_NEAR(figure.simulated, *figure.promised, tolerance) << figure.name;
+    }
+  }
+}
+
 /// What the finding says of a run that is not as promised; null: none.
 const diagnostics::Finding* difference_of(const Tuning& t, const std::string& run) {
   const auto found = std::ranges::find_if(t.findings, [&](const auto& f) {
