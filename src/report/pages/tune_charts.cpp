@@ -130,15 +130,39 @@ Chart nyquist_chart(const Tuning& t) {
   return chart;
 }
 
-/// A step of all controllers.
+/// Ends a curve over time there: what was followed for a shorter time has settled to a thousandth, and stays.
+void end_at(Curve& curve, double end_s, bool settles) {
+  const auto shown =
+      static_cast<std::size_t>(std::upper_bound(curve.x.begin(), curve.x.end(), end_s) - curve.x.begin());
+  const bool ends_later = shown < curve.x.size();
+  for (auto* list : {&curve.x, &curve.y, &curve.lower, &curve.upper})
+    if (list->size() > shown) list->resize(shown);
+  if (!settles || ends_later || curve.x.empty() || curve.x.back() >= end_s) return;
+  curve.x.push_back(end_s);
+  for (auto* list : {&curve.y, &curve.lower, &curve.upper})
+    if (!list->empty()) list->push_back(list->back());
+}
+
+/// A step of all controllers, for the longest time that one takes; a running one that is far slower does not
+/// make the proposed one a flank.
 Chart step_chart(const Tuning& t, std::string title, std::string y_label, Band LoopCurves::*band) {
+  constexpr double kLongest = 4.0;  // of the time that the proposed one takes
   Chart chart;
   chart.title = std::move(title);
   chart.x_label = "Time in s";
   chart.y_label = std::move(y_label);
+  const auto drawn = drawn_controllers(t, Running::alike);
+  const auto last_of = [](const TunedController& c) {
+    return c.curves.time_s.empty() ? 0.0 : c.curves.time_s.back();
+  };
+  double end_s = 0.0;
+  for (const auto& [name, c] : drawn) end_s = std::max(end_s, last_of(*c));
+  if (const double first = last_of(t.proposed()); first > 0.0) end_s = std::min(end_s, kLongest * first);
   bool first = true;
-  for (const auto& [name, c] : drawn_controllers(t, Running::alike)) {
+  for (const auto& [name, c] : drawn) {
+    const std::size_t before = chart.curves.size();
     put_band(chart, name, first, c->curves.time_s, c->curves.*band, kAsIs);
+    if (chart.curves.size() > before) end_at(chart.curves.back(), end_s, c->stable);
     first = false;
   }
   return chart;

@@ -771,6 +771,40 @@ TEST(TunePage, DrawsProposedBeforeRunningWithBandsAndBounds) {
   EXPECT_NE(chart_of(page, "Load after a torque step of 1 Nm on it"), nullptr);
 }
 
+/// Though the controllers settle at different times; what is far slower is cut.
+TEST(TunePage, DrawsStepsOfOneLength) {
+  auto t = test::tuning();
+  const std::vector<double> settled = {0.0, 0.7, 1.0};
+  auto& proposed = t.candidates.front().curves;
+  proposed.time_s = {0.0, 0.1, 0.2};
+  proposed.load_by_reference = {settled, settled, settled};
+  t.candidates.front().stable = t.running->stable = true;
+  t.options.reference_step = 1.0;
+  auto& running = t.running->curves;
+  running.load_by_reference = {settled, {}, {}};
+  const auto curves = [&](double running_s) {
+    running.time_s = {0.0, 0.5 * running_s, running_s};
+    const auto page = document(t);
+    const auto* chart = chart_of(page, "Load after a reference step of 1 rad/s");
+    return chart == nullptr ? std::vector<Curve>() : chart->curves;
+  };
+  for (const auto& [running_s, end_s] : {std::pair{0.6, 0.6}, {0.1, 0.2}, {3.0, 0.8}}) {
+    const auto list = curves(running_s);
+    ASSERT_EQ(list.size(), 2U);
+    for (const auto& curve : list) {
+      if (running_s < 1.0) {
+        EXPECT_DOUBLE_EQ(curve.x.back(), end_s);
+      }
+      EXPECT_LE(curve.x.back(), end_s + 1e-12);
+      EXPECT_EQ(curve.x.size(), curve.y.size());
+    }
+    EXPECT_DOUBLE_EQ(list[0].x.back(), end_s);
+    EXPECT_EQ(list[0].y.back(), 1.0);
+    EXPECT_EQ(list[0].lower.size(), list[0].x.size());
+    EXPECT_EQ(list[0].upper.back(), 1.0);
+  }
+}
+
 /// A position loop's curves are of position, and a running velocity loop has no place beside them.
 TEST(TunePage, DrawsPositionLoopsAsSuch) {
   auto t = test::tuning();
