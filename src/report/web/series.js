@@ -7,6 +7,9 @@ export const COLOURS = 8;
 /** So many colours of regions there are (--r0 ...). */
 export const REGIONS = 4;
 
+/** That of bounds, wherever they stand among the curves. */
+const BOUND = 2;
+
 /** Curves with the points that can be drawn; a gap is a point whose y is null (in a plane x, too, may be). */
 export function curvesOf(chart) {
   let last = -1;
@@ -16,8 +19,9 @@ export function curvesOf(chart) {
     const of = /^model of (.*)$/.exec(String(curve.name ?? ""));
     const owner = of ? names.indexOf(of[1]) : -1;
     names.push(String(curve.name ?? ""));
-    if (owner < 0 && (curve.mark !== "faint" || last < 0)) ++last;
-    indices.push(owner < 0 ? last : indices[owner]);
+    const bound = /^bound\b/.test(String(curve.name ?? ""));
+    if (owner < 0 && !bound && (curve.mark !== "faint" || last < 0)) ++last;
+    indices.push(bound ? BOUND : owner < 0 ? last : indices[owner]);
     const x = list(curve.x);
     const y = list(curve.y);
     const at = list(curve.at);

@@ -91,6 +91,13 @@ test("a circle named after a curve has its colour, and only what speaks against 
   assert.notEqual(alone("judged"), "r0");
 });
 
+test("bounds have one colour, whether a second curve stands before them or not", () => {
+  const colours = (names) => series.curvesOf({ curves: names.map((name) => ({ name })) }).map((c) => c.colour);
+  assert.deepEqual(colours(["PI", "running controller", "bound 1.4"]), ["c0", "c1", "c2"]);
+  assert.deepEqual(colours(["cascade", "bound 1.05"]), ["c0", "c2"]);
+  assert.deepEqual(colours(["bound 1.4", "PI"]), ["c2", "c0"]);
+});
+
 test("a model has the colour of what it was fitted to", () => {
   const curves = series.curvesOf({ curves: ["a.csv", "b.csv", "model of a.csv", "model of b.csv", "other"].map((name) => ({ name })) });
   assert.deepEqual(curves.map((c) => c.colour), ["c0", "c1", "c0", "c1", "c2"]);
