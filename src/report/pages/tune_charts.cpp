@@ -59,17 +59,19 @@ void put_band(Chart& chart, const std::string& name, bool first, const std::vect
 constexpr auto kAsIs = [](double v) { return v; };
 constexpr auto kDecibel = [](double v) { return 20.0 * std::log10(v); };
 
-/// |S| or another size of each controller, and the bound on it.
-Chart peak_chart(const Tuning& t, const char* title, const char* figure, Band LoopCurves::*band,
+/// |S| or another size of each controller, which `band_of` gives, and the bound on it.
+template <class BandOf>
+Chart peak_chart(const Tuning& t, const char* title, const char* figure, BandOf&& band_of,
                  Running running = Running::always) {
   Chart chart;
   chart.title = title;
   chart.x_label = "Frequency in Hz";
-  chart.y_label = "Magnitude";
+  const std::string unit = unit_of_figure(t.proposed(), figure);
+  chart.y_label = "Magnitude" + (unit.empty() ? "" : " in " + unit);
   chart.log_x = true;
   bool first = true;
   for (const auto& [name, c] : drawn_controllers(t, running)) {
-    put_band(chart, name, first, c->curves.frequency_hz, c->curves.*band, kAsIs);
+    put_band(chart, name, first, c->curves.frequency_hz, band_of(*c), kAsIs);
     first = false;
   }
   if (chart.curves.empty()) return chart;
@@ -83,6 +85,24 @@ Chart peak_chart(const Tuning& t, const char* title, const char* figure, Band Lo
                           {x.front(), x.back()},
                           {*found->bound, *found->bound}});
   return chart;
+}
+
+/// A curve of each controller as it is.
+auto curve_of(Band LoopCurves::*band) {
+  return [band](const TunedController& c) -> const Band& { return c.curves.*band; };
+}
+
+/// |S| times |C|, or |T| over it. No machine changes C: what lies between bounds of the one lies between
+/// those of the other times the same factor.
+Band times_controller(const TunedController& c, Band band, bool over) {
+  const auto& f = c.curves.frequency_hz;
+  if (c.feedback.denominator.empty() || band.value.size() != f.size()) return {};
+  for (std::size_t i = 0; i < f.size(); ++i) {
+    const double size = std::abs(c.feedback.response(f[i]));
+    for (auto* values : {&band.value, &band.low, &band.high})
+      if (i < values->size()) (*values)[i] *= over ? 1.0 / size : size;
+  }
+  return band;
 }
 
 /// Around L, 95 % of what the covariance leaves in the plane: a closed line, then a gap.
@@ -221,10 +241,10 @@ Section sensitivity_section(const Tuning& t) {
   s.title = "Sensitivity, and what the load does";
   s.sheet = true;
   s.side_by_side = true;
-  put_chart(s, peak_chart(t, "Sensitivity |S|", "sensitivity_peak", &LoopCurves::sensitivity));
+  put_chart(s, peak_chart(t, "Sensitivity |S|", "sensitivity_peak", curve_of(&LoopCurves::sensitivity)));
   const char* title = t.proposed().position_gain ? "From the reference to the load's position, |T_position|"
                                                  : "From the reference to the load, |T_load|";
-  put_chart(s, peak_chart(t, title, "load_peak", &LoopCurves::load_transfer, Running::alike));
+  put_chart(s, peak_chart(t, title, "load_peak", curve_of(&LoopCurves::load_transfer), Running::alike));
   if (!s.charts.empty())
     s.text = {
         t.by_response
@@ -252,8 +272,16 @@ Section loop_section(const Tuning& t) {
   }
   put_chart(s, bode.magnitude);
   put_chart(s, bode.phase);
-  put_chart(s,
-            peak_chart(t, "Complementary sensitivity |T|", "complementary_peak", &LoopCurves::complementary));
+  put_chart(s, peak_chart(t, "Complementary sensitivity |T|", "complementary_peak",
+                          curve_of(&LoopCurves::complementary)));
+  put_chart(s, peak_chart(t, "From noise of the velocity to the torque, |C S|", "controller_sensitivity_peak",
+                          [](const TunedController& c) {
+                            return times_controller(c, c.curves.sensitivity, false);
+                          }));
+  put_chart(s, peak_chart(t, "From a torque to the measured velocity, |S G|", "process_sensitivity_peak",
+                          [](const TunedController& c) {
+                            return times_controller(c, c.curves.complementary, true);
+                          }));
   put_chart(s, nyquist_chart(t));
   return s;
 }

@@ -7,8 +7,8 @@
 // Pictures of the page of a tuning: the loop and its steps, the proposed controller before the running one.
 namespace resonid::report {
 
-/// |S| and |T_load| with their bounds; L over frequency and in the plane, and |T|. Without charts where there
-/// are no curves.
+/// |S| and |T_load| with their bounds; L over frequency and in the plane, |T|, |C S| and |S G|. Without
+/// charts where there are no curves.
 [[nodiscard]] Section sensitivity_section(const identification::Tuning& tuning);
 [[nodiscard]] Section loop_section(const identification::Tuning& tuning);
 /// Load after a torque step on it and after a step of the reference; torque after the latter.

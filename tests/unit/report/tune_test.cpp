@@ -771,6 +771,31 @@ TEST(TunePage, DrawsProposedBeforeRunningWithBandsAndBounds) {
   EXPECT_NE(chart_of(page, "Load after a torque step of 1 Nm on it"), nullptr);
 }
 
+/// |C S| is |S| times |C|, and |S G| is |T| over it, with their bands.
+TEST(TunePage, DrawsWhatNoiseAndTorquesDo) {
+  auto t = test::tuning();
+  for (auto& figure : t.candidates.front().figures)
+    if (figure.name == "controller_sensitivity_peak") figure.bound = 4.0;
+  const auto page = document(t);
+  const auto* noise = chart_of(page, "From noise of the velocity to the torque, |C S|");
+  const auto* torque = chart_of(page, "From a torque to the measured velocity, |S G|");
+  ASSERT_NE(noise, nullptr);
+  ASSERT_NE(torque, nullptr);
+  EXPECT_EQ(noise->y_label, "Magnitude in Nm/(rad/s)");
+  ASSERT_EQ(noise->curves.size(), 3U);
+  EXPECT_EQ(noise->curves[1].name, "running controller");
+  EXPECT_EQ(noise->curves[2].name, "bound 4.00");
+  EXPECT_EQ(noise->curves[2].y, (std::vector<double>{4.0, 4.0}));
+  const auto& curves = t.proposed().curves;
+  for (const std::size_t i : {std::size_t{0}, std::size_t{40}, std::size_t{200}}) {
+    const double c = std::abs(t.proposed().feedback.response(curves.frequency_hz[i]));
+    EXPECT_NEAR(noise->curves[0].y.at(i), curves.sensitivity.value[i] * c, 1e-9 * c);
+    EXPECT_NEAR(noise->curves[0].upper.at(i), curves.sensitivity.high[i] * c, 1e-9 * c);
+    EXPECT_NEAR(torque->curves.at(0).y.at(i), curves.complementary.value[i] / c, 1e-9 / c);
+    EXPECT_NEAR(torque->curves[0].lower.at(i), curves.complementary.low[i] / c, 1e-9 / c);
+  }
+}
+
 /// Though the controllers settle at different times; what is far slower is cut.
 TEST(TunePage, DrawsStepsOfOneLength) {
   auto t = test::tuning();
