@@ -18,8 +18,20 @@ namespace resonid::report {
 namespace {
 
 constexpr std::string_view kMinus = "\xE2\x88\x92";
-/// A table of more columns is folded on a phone: its rows' cells stand below each other.
+/// A table of more columns is folded on a phone: its rows' cells stand below each other, unless all of them
+/// are numbers, which are there to be compared.
 constexpr std::size_t kMostColumns = 3;
+
+/// Names, and nothing but numbers beside them.
+bool is_of_numbers(const Table& table) {
+  if (numeric(table, 0)) return false;
+  for (std::size_t k = 1; k < table.columns.size(); ++k) {
+    const bool is_empty = std::all_of(table.rows.begin(), table.rows.end(),
+                                      [&](const auto& row) { return k >= row.size() || row[k].empty(); });
+    if (!is_empty && !numeric(table, k)) return false;
+  }
+  return true;
+}
 
 /// Where a value lies between the ends of a scale, in percent.
 struct Scale {
@@ -109,8 +121,8 @@ std::string element(std::string_view open, const std::string& content, std::stri
 std::string plain_table(const Table& table) {
   const bool fold = table.columns.size() > kMostColumns;
   std::string out = table.title.empty() ? "" : element("<h3>", html(table.title), "h3") + "\n";
-  out +=
-      std::string("<div class=\"scroll\"><table class=\"plain") + (fold ? " fold" : "") + "\">\n<thead><tr>";
+  out += std::string("<div class=\"scroll\"><table class=\"plain") + (fold ? " fold" : "") +
+         (fold && is_of_numbers(table) ? " numbers" : "") + "\">\n<thead><tr>";
   const auto class_of = [&](std::size_t i) { return numeric(table, i) ? " class=\"n\"" : ""; };
   for (std::size_t i = 0; i < table.columns.size(); ++i)
     out += fmt::format("<th scope=\"col\"{}>{}</th>", class_of(i), html(table.columns[i]));

@@ -121,10 +121,28 @@ Badge tune_badge(const Tuning& t) {
   return b;
 }
 
+/// Value, bound and worst case beside each other, which a phone shows without moving the table.
+Table bounds_first(Table table) {
+  std::size_t to = 2;
+  for (const auto* name : {"bound", "worst"}) {
+    const auto found = std::find(table.columns.begin(), table.columns.end(), name);
+    if (found == table.columns.end()) continue;
+    const auto move_to = [&](std::vector<std::string>& list, std::ptrdiff_t from) {
+      std::rotate(list.begin() + static_cast<std::ptrdiff_t>(to), list.begin() + from,
+                  list.begin() + from + 1);
+    };
+    const auto from = found - table.columns.begin();
+    move_to(table.columns, from);
+    for (auto& row : table.rows) move_to(row, from);
+    ++to;
+  }
+  return table;
+}
+
 Section figures_section_of(const Tuning& t) {
   Section s;
   s.title = "What the loop does";
-  s.plain_tables = {figure_table(t.proposed())};
+  s.plain_tables = {bounds_first(figure_table(t.proposed()))};
   if (!t.proposed().crossings.empty()) s.plain_tables.push_back(crossing_table(t.proposed()));
   s.text = {
       t.by_response ? "Values are those of the measured response at its lines; the worst case is that of "

@@ -277,6 +277,18 @@ TEST(DocumentPage, FoldsWideTablesByNamingEachCell) {
   EXPECT_EQ(document_page(d).find("<table class=\"plain fold\">"), html.npos);
 }
 
+/// They are there to be compared.
+TEST(DocumentPage, LeavesTablesOfNumbersTogether) {
+  Document d;
+  d.sections = {
+      {"s",
+       {},
+       {},
+       {},
+       {{"t", {"figure", "value", "bound", "worst"}, {{"|S|", "1.3", "1.4", "1.4"}, {"IAE", "2", "", ""}}}}}};
+  EXPECT_NE(document_page(d).find("<table class=\"plain fold numbers\">"), std::string::npos);
+}
+
 TEST(DocumentPage, DrawsIntervalsOnOneScaleThatDoubtfulRowsDoNotWiden) {
   Document d;
   Section s;

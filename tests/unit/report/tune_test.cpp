@@ -771,6 +771,18 @@ TEST(TunePage, DrawsProposedBeforeRunningWithBandsAndBounds) {
   EXPECT_NE(chart_of(page, "Load after a torque step of 1 Nm on it"), nullptr);
 }
 
+TEST(TunePage, PutsBoundAndWorstBesideTheValue) {
+  const auto t = test::tuning();
+  const auto page = document(t);
+  const auto section = std::ranges::find(page.sections, "What the loop does", &Section::title);
+  ASSERT_NE(section, page.sections.end());
+  const auto& table = section->plain_tables.at(0);
+  EXPECT_EQ(table.columns, (std::vector<std::string>{"figure", "value", "bound", "worst", "at, Hz",
+                                                     "95 % from", "95 % to", "exceeded, %"}));
+  EXPECT_EQ(table.rows.at(0).at(0), "largest |S| (Ms)");
+  EXPECT_EQ(table.rows[0].at(2), "1.40");
+}
+
 /// |C S| is |S| times |C|, and |S G| is |T| over it, with their bands.
 TEST(TunePage, DrawsWhatNoiseAndTorquesDo) {
   auto t = test::tuning();
