@@ -86,6 +86,7 @@ class Simulator {
     if (std::abs(base_.run.sample_rate_hz * t_.sample_time_s - 1.0) > 0.01)
       return refuse("simulate", fmt::format("the experiment runs at {:g} Hz, the controller at {:g} Hz",
                                             base_.run.sample_rate_hz, 1.0 / t_.sample_time_s));
+    if (auto same = check_motion(); !same) return same;
     if (const double most = most_settling_in_stroke(); most < kLeastSettling) {
       const auto& d = base_.drive;
       const double least_s = 2.0 * kLeastSettling + further_s();
@@ -103,6 +104,18 @@ class Simulator {
   }
 
  private:
+  /// A shaft is not simulated by an axis, whose numbers mean something else; a tooth belt is told at its
+  /// shaft.
+  [[nodiscard]] expected<void, Error> check_motion() const {
+    const bool linear = t_.units.inertia == "kg";
+    const bool is_axis = !is_belt() && base_.drive.motion == data::Motion::linear;
+    if ((!linear && t_.units.inertia != "kgm2") || linear == is_axis) return {};
+    return refuse("simulate", fmt::format("the experiment's drive is {}, the result's {} ({}): required an "
+                                          "experiment of the same motion",
+                                          is_axis ? "linear" : "rotary", linear ? "linear" : "rotary",
+                                          t_.units.velocity));
+  }
+
   expected<void, Error> runs_of(const TunedController& c, const std::string& with) {
     const bool cascade = c.position_gain.has_value();
     const double settling = settling_s();

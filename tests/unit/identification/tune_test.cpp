@@ -1726,6 +1726,29 @@ TEST(Tune, CountsWhatASimulatedLoopExceeds) {
   }
 }
 
+TEST(Tune, SimulatesNoShaftByAnAxis) {
+  const auto result = identified();
+  const auto o = few_draws();
+  auto tuning = tune(result, o);
+  ASSERT_TRUE(tuning) << message_of(tuning.error());
+  auto experiment = experiment_of(result, o);
+  experiment.drive.motion = data::Motion::linear;
+  const auto refused = simulate_on(*tuning, experiment);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(message_of(refused.error()).find("the experiment's drive is linear, the result's rotary (rad/s)"),
+            std::string::npos)
+      << message_of(refused.error());
+  EXPECT_TRUE(tuning->simulated.empty());
+  tuning->units.inertia = "kg";
+  tuning->units.velocity = "m/s";
+  experiment.drive.motion = data::Motion::rotary;
+  const auto reverse = simulate_on(*tuning, experiment);
+  ASSERT_FALSE(reverse);
+  EXPECT_NE(message_of(reverse.error()).find("the experiment's drive is rotary, the result's linear (m/s)"),
+            std::string::npos)
+      << message_of(reverse.error());
+}
+
 /// More than a tenth beyond the interval of the promise, with what of the experiment is the likely reason.
 TEST(Tune, NamesWhyASimulationDiffers) {
   const auto result = identified();
