@@ -32,10 +32,6 @@ bool may_have_filters(const TuneCall& c) {
   return c.structure == Structure::automatic || c.structure == Structure::pi_biquads;
 }
 
-bool may_have_weight(const TuneCall& c) {
-  return c.structure != Structure::rst && c.structure != Structure::state_feedback;
-}
-
 bool may_integrate(const TuneCall& c) { return c.structure != Structure::p; }
 
 constexpr std::string_view kNoCheck = "no --check, whose recording it is for";
@@ -76,8 +72,6 @@ constexpr std::array kConditions = {
               "a structure of a velocity loop"},
     Condition{"overshoot", may_integrate, "a P, which has no set-point weight",
               "a --structure with an integral part"},
-    Condition{"overshoot", may_have_weight, "an RST or state feedback, which has no set-point weight",
-              "a --structure of a PI or PID"},
     Condition{"overshoot", has_model, kNoModel, kModel},
     Condition{"step", has_model, kNoModel, kModel},
     Condition{"biquads", has_model, kNoModel, kModel},

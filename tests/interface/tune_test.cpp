@@ -696,10 +696,6 @@ TEST_F(TuneVerb, RefusesOptionsThatWouldBeIgnored) {
   EXPECT_NE(refused("result.json --export c:a.h --export-thread x").find("--export-thread: found with no"),
             std::string::npos);
   EXPECT_NE(refused("result.json --export-axis y").find("required --export klipper:FILE"), std::string::npos);
-  for (const std::string structure : {"rst", "state-feedback"})
-    EXPECT_NE(refused("result.json --structure " + structure + " --overshoot 0.1")
-                  .find("--overshoot: found with an RST or state feedback"),
-              std::string::npos);
   EXPECT_NE(refused("result.json --structure p --overshoot 0.1").find("--overshoot: found with a P"),
             std::string::npos);
   EXPECT_NE(refused("result.json --structure cascade --overshoot 0.1")

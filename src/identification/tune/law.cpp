@@ -68,6 +68,15 @@ std::vector<double> quotient(const std::vector<double>& polynomial, double first
 
 /// With or without biquads; a P is one whose ki is 0.
 bool is_pi(const TunedController& c) { return c.gains && !c.position_gain && !c.derivative_gain; }
+/// T = b R + (1 - b) R(1), which is a PI's set-point weight for any R: without b a number.
+std::vector<double> weighted_reference(const std::vector<double>& r, double weight) {
+  const double rest = (1.0 - weight) * std::accumulate(r.begin(), r.end(), 0.0);
+  if (weight == 0.0) return {rest};
+  std::vector<double> t;
+  for (const double term : r) t.push_back(weight * term);
+  t.front() += rest;
+  return t;
+}
 /// From reference to torque.
 design::FilteredPi weighted(const TunedController& c) {
   auto way = *c.gains;
@@ -126,7 +135,7 @@ Law law_of(const design::Rst& rst, double sample_time_s) {
   law.what.structure = "rst";
   law.what.name = "RST";
   law.what.feedback = feedback;
-  law.what.reference_numerator = {rst.t()};
+  set_weight(law, 0.0);
   return law;
 }
 
@@ -135,8 +144,7 @@ Law law_of(const design::ControllerStates& controller, double sample_time_s) {
   law.what.structure = "state-feedback";
   law.what.name = "State feedback";
   law.what.feedback = transfer_function_of(controller, sample_time_s);
-  law.what.reference_numerator = {
-      std::accumulate(law.what.feedback.numerator.begin(), law.what.feedback.numerator.end(), 0.0)};
+  set_weight(law, 0.0);
   return law;
 }
 
@@ -203,6 +211,10 @@ void set_weight(Law& law, double weight) {
   what.set_point_weight = weight;
   if (is_pi(what) && weight != 1.0)
     what.reference_numerator = weighted(what).transfer_function(what.feedback.sample_time_s).numerator;
+  if (!what.gains) {
+    what.reference_numerator = weighted_reference(what.feedback.numerator, weight);
+    return;
+  }
   if (!what.derivative_gain) return;
   const design::Pid way{weight * what.gains->kp, what.gains->ki, 0.0, *what.derivative_time_s};
   what.reference_numerator = way.transfer_function(what.feedback.sample_time_s).numerator;

@@ -41,7 +41,8 @@ struct Law {
 /// Whether a controller has a pole at 1: by its gains, where it has them; else by its coefficients.
 [[nodiscard]] bool integrates(const TunedController& controller);
 
-/// Gives a PI or PID a set-point weight; the derivative takes the velocity alone.
+/// Gives a PI, PID, RST or state feedback a set-point weight: a PID's derivative takes the velocity alone, of
+/// the latter two T is b R + (1 - b) R(1).
 void set_weight(Law& law, double weight);
 
 /// Gives a law another way of the reference: of a PI a set-point weight.
@@ -49,7 +50,7 @@ void set_reference(Law& law, const std::vector<double>& numerator);
 
 /// Sends the reference of a law with a T of its own through a lag of the first order, which is 1 at
 /// standstill, as short as keeps the torque of a step of 1 below `most` on every machine: as a factor of S
-/// and R, so that T stays a number. As it was where the torque is small enough, or no lag is long enough.
+/// and R, so that T keeps its degree. As it was where the torque is small enough, or no lag is long enough.
 void limit_reference_torque(Law& law, std::span<const design::Machine> machines, double most);
 
 /// The loop with the reference as the law takes it: set-point weight, T of an RST.

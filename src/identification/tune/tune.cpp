@@ -331,16 +331,16 @@ class Tuner {
             *options_.largest_noise_torque};
   }
 
-  /// The largest that keeps overshoot and torque of the reference step on every machine; without one a lag
-  /// that keeps the torque.
+  /// The largest that keeps overshoot and torque of the reference step on every machine; where none keeps
+  /// the torque, of an RST or state feedback a lag that does.
   void choose_weight(Law& law) const {
-    if (!law.what.gains && options_.torque_limit)
-      limit_reference_torque(law, nominal_, *options_.torque_limit / options_.reference_step);
-    if (!law.what.gains || law.what.position_gain) return;
+    if (law.what.position_gain) return;
     if (!integrates(law.what)) return;  // it would but take the load further off its reference
     double weight = 1.0;
     for (const auto& machine : nominal_) weight = largest_weight(machine, law, options_, weight);
     set_weight(law, weight);
+    if (!law.what.gains && options_.torque_limit)
+      limit_reference_torque(law, nominal_, *options_.torque_limit / options_.reference_step);
   }
 
   void add_nominal(Structure structure, const design::Bounds& bounds) {

@@ -1395,15 +1395,94 @@ TEST(Tune, AProportionalControllerIsOneGain) {
   EXPECT_FALSE(has_finding(*off, "promise-cut"));
 }
 
-/// A lag of the reference is no part of the loop: only the step's torque is another one.
-TEST(Tune, LimitsTheStepsTorqueOfControllersWithoutAWeight) {
+/// Three masses whose second resonance no plan of poles suits under the usual bounds.
+Result identified_three_masses() {
+  Result r = identified();
+  auto& m = r.model->drive;
+  m.structure = fit::Structure::three_mass;
+  m.sample_time_s = m.known_delay_s = 0.001;
+  m.parameters = {0.02, 0.03, 400.0, 0.15, 0.01};
+  m.parameters.middle_inertia = 0.008;
+  m.parameters.stiffness_2 = 600.0;
+  m.parameters.damping_2 = 0.15;
+  m.estimated = fit::estimated_parameters(m.structure, true, false);
+  m.covariance.setZero();
+  for (int i = 0; i < fit::kParameterCount; ++i)
+    if (m.estimated[static_cast<std::size_t>(i)])
+      m.covariance(i, i) = std::pow(0.005 * m.value(static_cast<fit::Parameter>(i)), 2);
+  r.record.sample_rate_hz = 1000.0;
+  r.known_delay_s = 0.001;
+  r.modes = m.modes();
+  r.response.frequency_hz.clear();
+  for (double f = 1.0; f <= 150.0; f *= 1.05) r.response.frequency_hz.push_back(f);
+  r.response.value = m.values(r.response.frequency_hz);
+  r.response.std.assign(r.response.frequency_hz.size(), 0.01);
+  r.response.coherence.assign(r.response.frequency_hz.size(), 0.99);
+  return r;
+}
+
+/// A PI is an RST as well.
+TEST(Tune, AnRstIsNeverWorseThanAPi) {
+  const auto tuning = tune(identified_three_masses(), few_draws(ControllerStructure::rst));
+  ASSERT_TRUE(tuning) << message_of(tuning.error());
+  const auto& c = tuning->proposed();
+  EXPECT_EQ(c.structure, "rst");
+  EXPECT_EQ(c.name.substr(0, 3), "RST");
+  EXPECT_TRUE(c.within);
+  ASSERT_EQ(tuning->candidates.size(), 2U);
+  const auto& pi = tuning->candidates[1];
+  EXPECT_EQ(pi.structure, "pi");
+  // Both by searches over ellipsoids whose radius is found to a few percent.
+  EXPECT_LE(value_of(c, "load_step_iae"), 1.02 * value_of(pi, "load_step_iae"));
+}
+
+/// T = b R + (1 - b) R(1): a reference that came through T = R(1) alone would take three times as long.
+TEST(Tune, RstAndStateFeedbackHaveASetPointWeight) {
+  for (const auto structure : {ControllerStructure::rst, ControllerStructure::state_feedback}) {
+    SCOPED_TRACE(name_of(structure));
+    auto o = few_draws(structure);
+    const auto tuning = tune(identified(), o);
+    ASSERT_TRUE(tuning) << message_of(tuning.error());
+    const auto& c = tuning->proposed();
+    EXPECT_GT(c.set_point_weight, 0.3);
+    EXPECT_LT(c.set_point_weight, 1.0);
+    EXPECT_LE(value_of(c, "reference_overshoot"), 2.0 + 1e-3);
+    const auto& r = c.feedback.numerator;
+    ASSERT_EQ(c.reference_numerator.size(), r.size());
+    for (std::size_t i = 1; i < r.size(); ++i)
+      EXPECT_NEAR(c.reference_numerator[i], c.set_point_weight * r[i], 1e-12 * std::abs(r.front()));
+    double t_sum = 0.0, r_sum = 0.0;
+    for (std::size_t i = 0; i < r.size(); ++i) {
+      t_sum += c.reference_numerator[i];
+      r_sum += r[i];
+    }
+    EXPECT_NEAR(t_sum, r_sum, 1e-9 * std::abs(r.front()));
+    o.overshoot = 0.0;
+    const auto calm = tune(identified(), o);
+    ASSERT_TRUE(calm) << message_of(calm.error());
+    EXPECT_LT(calm->proposed().set_point_weight, c.set_point_weight);
+  }
+}
+
+/// A lower weight first; a lag of the reference where none is low enough. Neither is a part of the loop: only
+/// the step's torque is another one.
+TEST(Tune, LimitsTheStepsTorqueOfAnRst) {
   auto o = few_draws(ControllerStructure::rst);
   const auto free = tune(identified(), o);
   ASSERT_TRUE(free) << message_of(free.error());
   o.torque_limit = 0.7 * value_of(free->proposed(), "reference_peak_torque");
+  const auto weighted = tune(identified(), o);
+  ASSERT_TRUE(weighted) << message_of(weighted.error());
+  EXPECT_LT(weighted->proposed().set_point_weight, free->proposed().set_point_weight);
+  EXPECT_EQ(weighted->proposed().name, "RST");
+  EXPECT_LE(value_of(weighted->proposed(), "reference_peak_torque"), *o.torque_limit * (1.0 + 1e-9));
+  EXPECT_GT(value_of(weighted->proposed(), "reference_peak_torque"), 0.99 * *o.torque_limit);
+  o.torque_limit = 0.3;  // Nm: below the 0.5 Nm or so that a step takes without a weight
   const auto limited = tune(identified(), o);
   ASSERT_TRUE(limited) << message_of(limited.error());
   const auto &before = free->proposed(), &after = limited->proposed();
+  EXPECT_NE(after.name.find("reference lag"), std::string::npos);
+  EXPECT_LT(after.set_point_weight, 1e-3);
   EXPECT_LE(value_of(after, "reference_peak_torque"), *o.torque_limit * (1.0 + 1e-9));
   EXPECT_GT(value_of(after, "reference_peak_torque"), 0.95 * *o.torque_limit);
   for (const double hz : {1.0, 7.0, 60.0})
