@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "design/state_feedback.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <resonid/base/constants.hpp>
 #include <resonid/fit/detail/sampled_states.hpp>
@@ -16,10 +18,13 @@ namespace resonid::design {
 namespace {
 
 /// Without the states that nothing follows from: a torque loop without lag, a delay of whole samples.
-fit::SampledStates without_idle_states(const fit::SampledStates& all) {
+std::vector<Eigen::Index> busy_states(const fit::SampledStates& all) {
   std::vector<Eigen::Index> kept;
   for (Eigen::Index i = 0; i < all.a.cols(); ++i)
     if (!all.a.col(i).isZero(0.0) || all.measured(i) != 0.0 || all.load(i) != 0.0) kept.push_back(i);
+  return kept;
+}
+fit::SampledStates only(const fit::SampledStates& all, const std::vector<Eigen::Index>& kept) {
   return {all.a(kept, kept),  all.command(kept), all.load_torque(kept),
           all.measured(kept), all.load(kept),    all.sample_time_s};
 }
@@ -40,6 +45,29 @@ Eigen::RowVectorXd twist_row(const fit::DriveModel& model, Eigen::Index states) 
     row(4) = 1.0 / swing_of(p.stiffness_2, p.middle_inertia, p.load_inertia);
   }
   return row;
+}
+
+/// Name and unit of a state of fit::SampledStates; gains are put in later.
+FeedbackState described_state(const fit::DriveModel& model, const fit::SampledStates& all, Eigen::Index i) {
+  const bool has_two = model.structure == fit::Structure::two_mass,
+             has_three = model.structure == fit::Structure::three_mass;
+  const Eigen::Index masses = has_three ? 3 : has_two ? 2 : 1;
+  if (i < masses) {
+    const char* of = i == 0 ? "the driven side" : i + 1 == masses ? "the load" : "the middle mass";
+    return {fmt::format("velocity of {}", of), "rad/s"};
+  }
+  if (i < 2 * masses - 1) {
+    const char* of = has_two ? "the coupling" : i == masses ? "the first coupling" : "the second coupling";
+    return {fmt::format("twist of {}", of), "rad"};
+  }
+  if (i < all.motion) return {"place of the driven side", "rad"};
+  if (i == all.motion) return {"torque behind its lag", "Nm"};
+  if (i == all.motion + 1) return {"torque of the sample before", "Nm"};
+  if (i == all.motion + 2) return {"load torque of the sample before", "Nm"};
+  const Eigen::Index samples = all.a.cols() - 1 - i;
+  if (samples == 0) return {"velocity that is measured now", "rad/s"};
+  return {fmt::format("velocity that is measured {} sample{} later", samples, samples == 1 ? "" : "s"),
+          "rad/s"};
 }
 
 std::optional<Eigen::RowVectorXd> feedback_gain(const fit::DriveModel& model, const fit::SampledStates& drive,
@@ -121,7 +149,9 @@ LinearController::Response quick_response(const ControllerStates& s, double samp
 }  // namespace
 
 std::optional<StateFeedback> state_feedback(const fit::DriveModel& model, const StateWeights& weights) {
-  const auto drive = without_idle_states(fit::sampled_states(model));
+  const auto all = fit::sampled_states(model);
+  const auto kept = busy_states(all);
+  const auto drive = only(all, kept);
   const Eigen::Index n = drive.a.rows();
   const auto gain = feedback_gain(model, drive, weights);
   const auto rest = at_rest(drive);
@@ -153,6 +183,14 @@ std::optional<StateFeedback> state_feedback(const fit::DriveModel& model, const 
   const Eigen::MatrixXd unseen = Eigen::MatrixXd::Identity(n + 1, n + 1) - s.observer_gain * measured;
   const Eigen::MatrixXd driven = a - command * s.gain;
   s.controller = {driven * unseen, -driven * s.observer_gain, -s.gain * unseen, s.gain * s.observer_gain};
+  for (Eigen::Index i = 0; i <= n; ++i) {
+    FeedbackState state = i < n ? described_state(model, all, kept[static_cast<std::size_t>(i)])
+                                : FeedbackState{"load torque", "Nm"};
+    const double scale = s.twist(i) != 0.0 ? s.twist(i) : 1.0;  // rad per unit of the state
+    state.gain = s.gain(i) / scale;
+    state.observer_gain = s.observer_gain(i) * scale;
+    s.states.push_back(std::move(state));
+  }
   return s;
 }
 

@@ -5,6 +5,8 @@
 #include <optional>
 #include <resonid/design/detail/bounds.hpp>
 #include <resonid/fit/drive_model.hpp>
+#include <string>
+#include <vector>
 
 #include "design/controller.hpp"
 #include "design/global_search.hpp"
@@ -26,6 +28,14 @@ struct StateWeights {
   double measurement_noise = 1.0;  ///< (rad/s)^2
 };
 
+/// What a state of the machine is, and what it takes in its own unit.
+struct FeedbackState {
+  std::string name;            ///< "velocity of the driven side", "load torque"
+  std::string unit;            ///< "rad/s", "rad", "Nm"
+  double gain = 0.0;           ///< u = -gain times the state, summed over them.
+  double observer_gain = 0.0;  ///< Of the state per rad/s by which the measurement differs from its estimate.
+};
+
 /// The states are those of fit::SampledStates that something follows from, delays included, and the load
 /// torque last.
 struct StateFeedback {
@@ -34,6 +44,7 @@ struct StateFeedback {
   Eigen::RowVectorXd load_speed;  ///< By the states, rad/s: what no sensor sees.
   Eigen::RowVectorXd twist;     ///< By the states, rad; times the stiffness (of one spring) the shaft torque.
   ControllerStates controller;  ///< From velocity error to torque; its states are x(k|k-1).
+  std::vector<FeedbackState> states;  ///< The same gains, of twists in rad.
 };
 /// Nothing where a Riccati equation has no solution that makes the loop stable.
 [[nodiscard]] std::optional<StateFeedback> state_feedback(const fit::DriveModel& model,

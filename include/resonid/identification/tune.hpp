@@ -147,6 +147,14 @@ struct TunedFeedForward {
   double delay_s = 0.0;  ///< By which the feedback is given position and velocity of the reference later.
 };
 
+/// A state of the machine that a state feedback estimates, and what it takes of it: torque = -sum of gain
+/// times estimated state.
+struct TunedState {
+  std::string name, unit;      ///< "velocity of the load", "load torque"; "rad/s".
+  double gain = 0.0;           ///< Torque per unit of the state.
+  double observer_gain = 0.0;  ///< By what the estimate is corrected per unit of velocity measured otherwise.
+};
+
 /// One controller, designed or given, and what it does.
 struct TunedController {
   std::string structure;                    ///< Name of a ControllerStructure, "running" or "given".
@@ -158,6 +166,7 @@ struct TunedController {
   std::optional<TunedFeedForward> feed_forward;              ///< A cascade's.
   double set_point_weight = 1.0;                             ///< b
   std::vector<double> reference_numerator;                   ///< T of u = (T r - R y)/S where it is not R.
+  std::vector<TunedState> states;                            ///< A state feedback's, the load torque last.
   std::vector<LoopFigure> figures;
   std::vector<TunedCrossing> crossings;  ///< All, ascending.
   std::vector<design::ClosedLoopMode> modes;

@@ -73,7 +73,7 @@ class StructureDesigner {
     if (structure_ == ControllerStructure::rst) return best_rst(machines);
     const auto found = search_state_feedback(machines, bounds_, {50, 40, seed_}, last_);
     if (!is_met(found)) return std::nullopt;
-    return law_of(found->feedback.controller, sample_time_of(machines));
+    return law_of(found->feedback, sample_time_of(machines));
   }
 
  private:

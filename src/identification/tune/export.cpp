@@ -170,6 +170,21 @@ std::string own_gains_comment(const Tuning& tuning) {
   return text;
 }
 
+/// What stands behind the polynomials of a state feedback; empty for other structures.
+std::string states_comment(const Tuning& tuning) {
+  const auto& states = tuning.proposed().states;
+  if (states.empty()) return {};
+  const Units& units = tuning.units;
+  std::string text = fmt::format(
+      "Torque is minus the sum of gains ({0} per unit) times estimated states. The observer corrects an\n"
+      "   estimate per {1} by which the measured velocity differs from it.",
+      units.torque, units.velocity);
+  for (const auto& state : states)
+    text += fmt::format("\n   {}, {}: gain {:.4g}, corrected by {:.4g}", state.name, state.unit, state.gain,
+                        state.observer_gain);
+  return text;
+}
+
 }  // namespace
 
 expected<void, Error> check_exportable(const TuneOptions& options, ExportFormat format) {
@@ -207,6 +222,8 @@ expected<std::string> exported(const Tuning& tuning, ExportFormat format, const 
   if (!text) return text;
   if (format != ExportFormat::klipper) {
     *text = in_units(std::move(*text), tuning.units);
+    if (const auto comment = states_comment(tuning); !comment.empty())
+      *text = with_comment(comment, *text, format);
     if (const auto comment = own_gains_comment(tuning); !comment.empty())
       *text = with_comment(comment, *text, format);
   }

@@ -25,17 +25,33 @@ std::string words_of(const design::FilteredPi& pi) {
   return count == 0 ? base : fmt::format("{} + {} biquad{}", base, count, count == 1 ? "" : "s");
 }
 
-/// By its impulse response and its poles: b = a * h.
+/// What is left of terms that cancel: a term below 1e-13 of the largest of them is none.
+double without_dust(double sum, double largest) {
+  constexpr double kDust = 1e-13;
+  return std::abs(sum) < kDust * largest ? 0.0 : sum;
+}
+void drop_last_zeros(std::vector<double>& polynomial) {
+  while (polynomial.size() > 1 && polynomial.back() == 0.0) polynomial.pop_back();
+}
+
+/// By its impulse response and its poles: b = a * h. Delays of whole samples are poles at 0, which come out
+/// of both as zeros but for rounding.
 data::TransferFunction transfer_function_of(const design::ControllerStates& states, double sample_time_s) {
   const Eigen::VectorXcd poles = linalg::eigenvalues(states.a);
   std::vector<std::complex<double>> denominator = {1.0};
+  std::vector<double> sizes = {1.0};  // of the terms that its coefficients are sums of
   for (const auto& pole : poles) {
     denominator.emplace_back(0.0);
-    for (std::size_t i = denominator.size() - 1; i > 0; --i) denominator[i] -= pole * denominator[i - 1];
+    sizes.push_back(0.0);
+    for (std::size_t i = denominator.size() - 1; i > 0; --i) {
+      denominator[i] -= pole * denominator[i - 1];
+      sizes[i] += std::abs(pole) * sizes[i - 1];
+    }
   }
+  const double largest = *std::max_element(sizes.begin(), sizes.end());
   data::TransferFunction f;
   f.sample_time_s = sample_time_s;
-  for (const auto& c : denominator) f.denominator.push_back(c.real());
+  for (const auto& c : denominator) f.denominator.push_back(without_dust(c.real(), largest));
   std::vector<double> impulse = {states.d};
   Eigen::VectorXd x = states.b;
   for (std::size_t k = 1; k < f.denominator.size(); ++k) {
@@ -43,10 +59,16 @@ data::TransferFunction transfer_function_of(const design::ControllerStates& stat
     x = (states.a * x).eval();
   }
   for (std::size_t k = 0; k < f.denominator.size(); ++k) {
-    double sum = 0.0;
-    for (std::size_t i = 0; i <= k; ++i) sum += f.denominator[i] * impulse[k - i];
-    f.numerator.push_back(sum);
+    double sum = 0.0, largest_term = 0.0;
+    for (std::size_t i = 0; i <= k; ++i) {
+      const double term = f.denominator[i] * impulse[k - i];
+      sum += term;
+      largest_term = std::max(largest_term, std::abs(term));
+    }
+    f.numerator.push_back(without_dust(sum, largest_term));
   }
+  drop_last_zeros(f.numerator);
+  drop_last_zeros(f.denominator);
   return f;
 }
 
@@ -139,11 +161,13 @@ Law law_of(const design::Rst& rst, double sample_time_s) {
   return law;
 }
 
-Law law_of(const design::ControllerStates& controller, double sample_time_s) {
-  Law law{design::LinearController(controller, sample_time_s)};
+Law law_of(const design::StateFeedback& feedback, double sample_time_s) {
+  Law law{design::LinearController(feedback.controller, sample_time_s)};
   law.what.structure = "state-feedback";
   law.what.name = "State feedback";
-  law.what.feedback = transfer_function_of(controller, sample_time_s);
+  law.what.feedback = transfer_function_of(feedback.controller, sample_time_s);
+  for (const auto& state : feedback.states)
+    law.what.states.push_back({state.name, state.unit, state.gain, state.observer_gain});
   set_weight(law, 0.0);
   return law;
 }

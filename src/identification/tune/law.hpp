@@ -12,6 +12,7 @@
 #include "design/controller.hpp"
 #include "design/machine.hpp"
 #include "design/rst.hpp"
+#include "design/state_feedback.hpp"
 
 namespace resonid::identification {
 
@@ -24,8 +25,7 @@ struct Law {
 [[nodiscard]] Law law_of(const design::FilteredPi& controller, double sample_time_s);
 [[nodiscard]] Law law_of(const design::Cascade& cascade, double sample_time_s);
 [[nodiscard]] Law law_of(const design::Rst& rst, double sample_time_s);
-/// Of a state feedback, by its states.
-[[nodiscard]] Law law_of(const design::ControllerStates& controller, double sample_time_s);
+[[nodiscard]] Law law_of(const design::StateFeedback& feedback, double sample_time_s);
 /// Of any transfer function; a PI is known as one, and a P.
 [[nodiscard]] Law law_of(const data::TransferFunction& controller);
 

@@ -13,6 +13,7 @@
 #include "design/filter_search.hpp"
 #include "identification/tune/checks.hpp"
 #include "identification/tune/designs.hpp"
+#include "identification/tune/figure_values.hpp"
 #include "identification/tune/loop_figures.hpp"
 #include "identification/tune/reach.hpp"
 #include "identification/tune/remarks.hpp"
@@ -87,6 +88,11 @@ class Tuner {
     const RobustTask robust = task(bounds);
     FigureTask figures{robust, results_.front().units, options_.reference_step, 200, curves};
     auto controller = with_figures(found, figures);
+    const Units& units = results_.front().units;
+    for (auto& state : controller.states)
+      state.unit = state.unit == "Nm"    ? units.torque
+                   : state.unit == "rad" ? place_unit(units.velocity)
+                                         : units.velocity;
     controller.stable = is_stable(found.law);
     for (const auto& machine : nominal_)
       controller.spectral_radius =

@@ -169,6 +169,29 @@ std::string own_numerator_sentence(const Tuning& t) {
                      apart ? ", and that of the reference," : "", three_digits(own->factor));
 }
 
+/// "-0.21 Nm/(rad/s)"; of a torque per torque the number alone.
+std::string state_gain_text(const Tuning& t, const identification::TunedState& state) {
+  const auto number = three_digits(state.gain);
+  if (state.unit == t.units.torque) return number;
+  const bool is_ratio = state.unit.find('/') != std::string::npos;
+  return number + " " + t.units.torque + "/" + (is_ratio ? "(" + state.unit + ")" : state.unit);
+}
+
+void put_states(const Tuning& t, std::vector<std::string>& list) {
+  std::string gains, corrections;
+  for (const auto& state : t.proposed().states) {
+    gains += fmt::format("{}{} {}", gains.empty() ? "" : ", ", state.name, state_gain_text(t, state));
+    corrections += fmt::format("{}{} {} {}", corrections.empty() ? "" : ", ", state.name,
+                               three_digits(state.observer_gain), state.unit);
+  }
+  if (gains.empty()) return;
+  list.push_back("Its torque is minus the sum of gains times estimated states: " + gains + ".");
+  list.push_back(
+      fmt::format("Its observer corrects them, for every {} by which the measured velocity differs "
+                  "from its estimate, by: {}.",
+                  t.units.velocity, corrections));
+}
+
 void put_gains(const Tuning& t, std::vector<std::string>& list) {
   const auto& c = t.proposed();
   const ShownGains si{gain_units(t.units.input, t.units.velocity)};
@@ -177,6 +200,7 @@ void put_gains(const Tuning& t, std::vector<std::string>& list) {
     list.push_back(fmt::format("Controller of order {} from velocity error to torque, at {:g} Hz{}.",
                                std::max(c.feedback.numerator.size(), c.feedback.denominator.size()) - 1,
                                1.0 / c.feedback.sample_time_s, rest_of_gains(c, si)));
+    put_states(t, list);
     if (auto text = own_numerator_sentence(t); !text.empty()) list.push_back(std::move(text));
     return;
   }
@@ -195,10 +219,27 @@ void put_gains(const Tuning& t, std::vector<std::string>& list) {
                                own->factor < 0.0 ? " Negative, as a scale of the recording is." : ""));
 }
 
+/// What is made of polynomials has no part that could be halved alone.
+std::string first_step_of_pi(const Tuning& t) {
+  const auto pi = std::find_if(t.candidates.begin(), t.candidates.end(), [](const TunedController& c) {
+    return c.structure == "pi" && c.gains.has_value();
+  });
+  if (pi == t.candidates.end()) return {};
+  TunedController soft = *pi;
+  soft.gains->ki *= identification::kFirstIntegralGain / identification::kFirstGain;
+  return fmt::format(
+      "First step: there is none of this controller, whose poles are those of its full gain. Begin with that "
+      "of the PI beside it, half of kp and a quarter of ki, {}, record under it and compare the measured "
+      "loop "
+      "with what is promised of it (.evaluate).",
+      gains_text(soft, gain_units(t.units.input, t.units.velocity), identification::kFirstGain));
+}
+
 /// Every first step on a machine is a small one: half of kp with half of ki would be damped less.
 std::string first_step_sentence(const Tuning& t) {
   using identification::kFirstGain;
-  if (t.is_evaluation() || !t.proposed().gains) return {};
+  if (t.is_evaluation()) return {};
+  if (!t.proposed().gains) return first_step_of_pi(t);
   TunedController soft = t.proposed();
   soft.gains->ki *= identification::kFirstIntegralGain / kFirstGain;
   std::string text =

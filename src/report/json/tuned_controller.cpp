@@ -117,6 +117,15 @@ void describe_gains(Fields& f, TunedController& c) {
                   "T of u = (T r - R y)/S in powers of z^-1, R and S being numerator and denominator of the "
                   "feedback, where T is not R"},
                  c.reference_numerator);
+  f.list({"states", "of a state feedback, torque = -sum of gain times estimated state"}, !c.states.empty(),
+         c.states, [&](identification::TunedState& state) {
+           f({"name", "\"velocity of the load\", \"load torque\""}, state.name);
+           f({"unit", "unit of the state"}, state.unit);
+           f({"gain", "torque per unit of the state"}, state.gain);
+           f({"observer_gain",
+              "by what the estimate is corrected per unit by which the measured velocity differs from it"},
+             state.observer_gain);
+         });
 }
 
 void describe_crossing(Fields& f, identification::TunedCrossing& x) {

@@ -1464,6 +1464,34 @@ TEST(Tune, RstAndStateFeedbackHaveASetPointWeight) {
   }
 }
 
+/// Not by its polynomials alone, whose coefficients are none of those that cancel but for rounding.
+TEST(Tune, TellsTheGainsOfAStateFeedback) {
+  const auto tuning = tune(identified(), few_draws(ControllerStructure::state_feedback));
+  ASSERT_TRUE(tuning) << message_of(tuning.error());
+  const auto& c = tuning->proposed();
+  ASSERT_GE(c.states.size(), 4U);
+  EXPECT_EQ(c.states[0].name, "velocity of the driven side");
+  EXPECT_EQ(c.states[0].unit, "rad/s");
+  EXPECT_EQ(c.states[1].name, "velocity of the load");
+  EXPECT_EQ(c.states[2].name, "twist of the coupling");
+  EXPECT_EQ(c.states[2].unit, "rad");
+  EXPECT_EQ(c.states.back().name, "load torque");
+  EXPECT_EQ(c.states.back().unit, "Nm");
+  EXPECT_NE(c.states.back().observer_gain, 0.0);
+  // What a velocity does to the torque of the same sample comes through the observer alone.
+  double at_once = 0.0;
+  for (const auto& state : c.states) at_once += state.gain * state.observer_gain;
+  EXPECT_NEAR(at_once, c.feedback.numerator.front(), 1e-9 * std::abs(at_once));
+  for (const auto* polynomial : {&c.feedback.numerator, &c.feedback.denominator}) {
+    EXPECT_NE(polynomial->back(), 0.0);
+    for (const double term : *polynomial) EXPECT_TRUE(term == 0.0 || std::abs(term) > 1e-12) << term;
+  }
+  EXPECT_TRUE(tuning->candidates.back().states.empty());
+  const auto text = exported(*tuning, ExportFormat::structured_text);
+  ASSERT_TRUE(text) << message_of(text.error());
+  EXPECT_NE(text->find("load torque, Nm: gain "), std::string::npos) << *text;
+}
+
 /// A lower weight first; a lag of the reference where none is low enough. Neither is a part of the loop: only
 /// the step's torque is another one.
 TEST(Tune, LimitsTheStepsTorqueOfAnRst) {

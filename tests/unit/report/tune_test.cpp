@@ -268,6 +268,32 @@ TEST(TuneText, TellsEveryGainInTheUnitsOfTheRecording) {
   EXPECT_TRUE(holds(text_of(sentences(t)), "own units: kp 0.000220 V/(mm/s), ki 0.00204 V/mm (Ti 108 ms)"));
 }
 
+TEST(TuneText, TellsTheStatesOfAStateFeedbackAndWhatToBeginWith) {
+  auto t = test::tuning();
+  auto pi = t.candidates.front();
+  pi.structure = "pi";
+  auto& c = t.candidates.front();
+  c.structure = "state-feedback";
+  c.name = "State feedback";
+  c.gains.reset();
+  c.states = {{"velocity of the load", "rad/s", 1.25, 0.5},
+              {"twist of the coupling", "rad", -3.0, 0.02},
+              {"load torque", "Nm", 1.0, -0.04}};
+  t.candidates.push_back(pi);
+  const auto text = text_of(sentences(t));
+  EXPECT_TRUE(holds(text,
+                    "gains times estimated states: velocity of the load 1.25 Nm/(rad/s), twist of the "
+                    "coupling -3.00 Nm/rad, load torque 1.00."))
+      << text;
+  EXPECT_TRUE(holds(text,
+                    "for every rad/s by which the measured velocity differs from its estimate, by: "
+                    "velocity of the load 0.500 rad/s, twist of the coupling 0.0200 rad, load torque "
+                    "-0.0400 Nm."))
+      << text;
+  EXPECT_TRUE(holds(text, "First step: there is none of this controller")) << text;
+  EXPECT_TRUE(holds(text, "kp 1.10 Nm/(rad/s), ki 5.10 Nm/rad (Ti 216 ms), record")) << text;
+}
+
 TEST(TuneText, TellsFirstStepLimitsAndWhatUncertaintyCosts) {
   const auto t = test::tuning();
   const auto text = text_of(sentences(t));
