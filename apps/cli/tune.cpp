@@ -214,8 +214,8 @@ void check_record(const TuneVerb& o, identification::Tuning& tuning,
 }
 
 /// What --controller and --evaluate read.
-expected<std::string> json_export(const identification::Tuning& tuning) {
-  const auto json = report::controller_json(tuning);
+expected<std::string> file_export(const identification::Tuning& tuning, bool of_first_step) {
+  const auto json = of_first_step ? report::first_step_json(tuning) : report::controller_json(tuning);
   if (!json) return tl::unexpected(json.error());
   return json->dump(2) + "\n";
 }
@@ -226,8 +226,10 @@ void write(const TuneVerb& o, const std::vector<TuneExport>& exports, const std:
   put_in_options(tuning);
   std::vector<std::string> texts;
   for (const auto& e : exports) {
-    auto text = e.format == identification::ExportFormat::json
-                    ? json_export(tuning)
+    using identification::ExportFormat;
+    const bool of_first_step = e.format == ExportFormat::first_step;
+    auto text = of_first_step || e.format == ExportFormat::json
+                    ? file_export(tuning, of_first_step)
                     : identification::exported(tuning, e.format, o.names);
     if (!text)
       throw UsageError(fmt::format("--export {}: {}{}", name_of(e.format), message_of(text.error()),
@@ -401,7 +403,9 @@ void add_tune(CLI::App& app) {
            "EXPERIMENT");
   add_check_options(*verb, o->check);
   add_summary_options(*verb);
-  verb->add_option("--export", o->exports, "take the controller away: json, c, c-float, st, hal, klipper")
+  verb->add_option("--export", o->exports,
+                   "take the controller away: json, c, c-float, st, hal, klipper; first-step: a json of its "
+                   "first step")
       ->type_name("FORMAT:FILE");
   verb->add_option("--export-name", o->names.name, "name of what is exported")->type_name("NAME");
   static constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};

@@ -98,6 +98,7 @@ using identification::check_exportable;
 using identification::exported;
 using identification::ExportFormat;
 using identification::ExportNames;
+using identification::first_step;
 
 /// What takes gains to the recording's own units, which Tuning::input_scale and the fields beside it tell.
 using identification::own_gains;

@@ -62,7 +62,7 @@ class TuneVerb : public test::ProgramTest {
 TEST_F(TuneVerb, NeedsNoOptionThatIdentifyWasGiven) {
   const auto done =
       run("tune result.json --json tuning.json --report tuning.html --export json:c.json "
-          "--export c:c.h --export st:c.st --export hal:c.hal");
+          "--export c:c.h --export st:c.st --export hal:c.hal --export first-step:half.json");
   ASSERT_EQ(done.exit_code, 0) << done.error;
   // What has no effect without --check is not said to be taken.
   EXPECT_EQ(done.error, "resonid: from result.json: controller\n");
@@ -76,6 +76,18 @@ TEST_F(TuneVerb, NeedsNoOptionThatIdentifyWasGiven) {
   const auto controller = json::parse(text("c.json"));
   for (const char* key : {"numerator", "denominator", "sample_time_s", "structure", "reference_numerator"})
     EXPECT_TRUE(controller.contains(key)) << key;
+  // Half of kp and a quarter of ki, to be judged and run before.
+  const auto half = json::parse(text("half.json"));
+  EXPECT_EQ(half.at("structure"), controller.at("structure"));
+  EXPECT_LT(half.at("numerator")[0].get<double>(), 0.51 * controller.at("numerator")[0].get<double>());
+  EXPECT_GT(half.at("numerator")[0].get<double>(), 0.45 * controller.at("numerator")[0].get<double>());
+  const auto judged = run("tune result.json --evaluate half.json --draws 500");
+  ASSERT_EQ(judged.exit_code, 0) << judged.error;
+  EXPECT_NE(judged.out.find("keeps every bound"), std::string::npos) << judged.out;
+  for (const char* file : {"c.h", "c.st", "c.hal"}) {  // SI units too
+    EXPECT_NE(text(file).find("Gains: kp "), std::string::npos) << file;
+    EXPECT_NE(text(file).find("; first step kp "), std::string::npos) << file;
+  }
   EXPECT_NE(text("c.h").find("velocity_controller"), std::string::npos);
   EXPECT_NE(text("c.st").find("FUNCTION_BLOCK"), std::string::npos);
   EXPECT_NE(text("c.hal").find("loadrt pid"), std::string::npos);

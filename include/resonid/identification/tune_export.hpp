@@ -17,11 +17,16 @@ enum class ExportFormat {
   c_float,          ///< C99, float.
   structured_text,  ///< IEC 61131-3.
   hal,              ///< LinuxCNC.
-  klipper           ///< The input shaper of a printer's axis.
+  klipper,          ///< The input shaper of a printer's axis.
+  first_step        ///< As json, of the gains to begin with: first_step().
 };
-inline constexpr EnumName<ExportFormat> kExportFormatNames[] = {
-    {ExportFormat::json, "json"},          {ExportFormat::c, "c"},     {ExportFormat::c_float, "c-float"},
-    {ExportFormat::structured_text, "st"}, {ExportFormat::hal, "hal"}, {ExportFormat::klipper, "klipper"}};
+inline constexpr EnumName<ExportFormat> kExportFormatNames[] = {{ExportFormat::json, "json"},
+                                                                {ExportFormat::c, "c"},
+                                                                {ExportFormat::c_float, "c-float"},
+                                                                {ExportFormat::structured_text, "st"},
+                                                                {ExportFormat::hal, "hal"},
+                                                                {ExportFormat::klipper, "klipper"},
+                                                                {ExportFormat::first_step, "first-step"}};
 [[nodiscard]] constexpr std::span<const EnumName<ExportFormat>> enum_names(ExportFormat) noexcept {
   return kExportFormatNames;
 }
@@ -40,7 +45,8 @@ struct ExportNames {
 
 /// The proposed controller as text for another controller, with the torque limit of the options
 /// (docs/methods/tune.md 16). Refused, and never approximated: what the target cannot express. A design that
-/// is not trusted begins with a warning. Not json, which resonid::controller_json() writes.
+/// is not trusted begins with a warning. Refused too: json and first_step, which are controller files;
+/// resonid::controller_json() writes the former.
 [[nodiscard]] expected<std::string> exported(const Tuning& tuning, ExportFormat format,
                                              const ExportNames& names = {});
 
@@ -62,5 +68,9 @@ struct OwnGains {
 
 /// The first step of a proposed controller on a machine: half of every gain, a quarter of an integral one.
 inline constexpr double kFirstGain = 0.5, kFirstIntegralGain = 0.25;
+
+/// That controller, without figures: to be run, and judged by `--evaluate`, before the full gains are taken.
+/// Refused: a schedule, and a controller without gains.
+[[nodiscard]] expected<TunedController, Error> first_step(const Tuning& tuning);
 
 }  // namespace resonid::identification

@@ -37,16 +37,6 @@ std::optional<Law> best_cascade(design::Machines& machines, const design::Bounds
   return law_of(found->cascade, sample_time_of(machines));
 }
 
-Law law_of_pid(const design::Pid& pid, double sample_time_s) {
-  Law law = law_of(pid.transfer_function(sample_time_s));
-  law.what.structure = "pid";
-  law.what.name = "PID";
-  law.what.gains = design::FilteredPi{pid.kp, pid.ki, {}};
-  law.what.derivative_gain = pid.kd;
-  law.what.derivative_time_s = pid.filter_s;
-  return law;
-}
-
 /// The derivative of one call is where the next begins.
 class PidDesigner {
  public:
@@ -55,7 +45,7 @@ class PidDesigner {
     const auto found = search_pid(machines, bounds_, effort_, last_);
     if (!found) return std::nullopt;
     last_ = found->controller;
-    return law_of_pid(found->controller, sample_time_of(machines));
+    return law_of(found->controller, sample_time_of(machines));
   }
 
  private:

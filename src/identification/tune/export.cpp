@@ -16,6 +16,8 @@
 namespace resonid::identification {
 namespace {
 
+constexpr const char* kOneSetOfGains =
+    "must be taken away as c, c-float or st: a controller file has one set of gains";
 constexpr const char* kNoShaper = "must have been asked for: Klipper takes an input shaper, no controller";
 
 Error not_in_hal(std::string_view structure) {
@@ -139,35 +141,47 @@ std::string with_comment(const std::string& comment, const std::string& text, Ex
   }
 }
 
-/// What a drive that is set by hand takes; empty where the recording is in the result's units. Names of
-/// columns that would end a comment are left out with it.
-std::string own_gains_comment(const Tuning& tuning) {
-  const auto own = own_gains(tuning);
-  if (!own) return {};
-  const auto with = [&](double gain, const std::string& unit) {
-    return fmt::format("{:.4g}{}", own->factor * gain, unit.empty() ? "" : " " + unit);
-  };
-  std::string text = "In the recording's own units ";
-  const TunedController& proposed = tuning.proposed();
-  if (!proposed.gains) {
-    text += fmt::format("every coefficient of T and R is times {}.", with(1.0, own->units.kp));
-  } else if (tuning.schedule) {
-    text += fmt::format("every gain is times {}.", with(1.0, own->units.kp));
-  } else {
-    const auto& gains = *proposed.gains;
-    const auto all = [&](double part, double integral_part) {
-      std::string words = "kp " + with(part * gains.kp, own->units.kp);
-      if (integrates(proposed)) words += ", ki " + with(integral_part * gains.ki, own->units.ki);
-      if (proposed.derivative_gain)
-        words += fmt::format(", kd {} (lag {:.4g} s)", with(part * *proposed.derivative_gain, own->units.kd),
-                             *proposed.derivative_time_s);
-      return words;
-    };
-    text += fmt::format("{}; first step {}.", all(1.0, 1.0), all(kFirstGain, kFirstIntegralGain));
-  }
+/// Whether a text can stand in a comment of every language: names of columns may end one.
+bool fits_comment(const std::string& text) {
   for (const char* end : {"*/", "*)", "/*", "(*", "\n"})
-    if (text.find(end) != std::string::npos) return {};
-  return text;
+    if (text.find(end) != std::string::npos) return false;
+  return true;
+}
+
+/// Gains and those of the first step, times a factor, in some units; empty without gains, or where there is
+/// one for every position.
+std::string gains_and_first_step(const Tuning& tuning, double factor, const GainUnits& units) {
+  const TunedController& proposed = tuning.proposed();
+  if (!proposed.gains || tuning.schedule) return {};
+  const auto with = [&](double gain, const std::string& unit) {
+    return fmt::format("{:.4g}{}", factor * gain, unit.empty() ? "" : " " + unit);
+  };
+  const auto& gains = *proposed.gains;
+  const auto all = [&](double part, double integral_part) {
+    std::string words = "kp " + with(part * gains.kp, units.kp);
+    if (integrates(proposed)) words += ", ki " + with(integral_part * gains.ki, units.ki);
+    if (proposed.derivative_gain)
+      words += fmt::format(", kd {} (lag {:.4g} s)", with(part * *proposed.derivative_gain, units.kd),
+                           *proposed.derivative_time_s);
+    if (proposed.position_gain) words += fmt::format(", kv {:.4g} 1/s", part * *proposed.position_gain);
+    return words;
+  };
+  return fmt::format("{}; first step {}.", all(1.0, 1.0), all(kFirstGain, kFirstIntegralGain));
+}
+
+/// What a drive that is set by hand takes: in the recording's own units where they are others than the
+/// result's, and can be told.
+std::string gains_comment(const Tuning& tuning) {
+  if (const auto own = own_gains(tuning)) {
+    std::string text = gains_and_first_step(tuning, own->factor, own->units);
+    if (text.empty())
+      text = fmt::format("{} is times {:.4g}{}.",
+                         tuning.proposed().gains ? "every gain" : "every coefficient of T and R", own->factor,
+                         own->units.kp.empty() ? "" : " " + own->units.kp);
+    if (fits_comment(text)) return "In the recording's own units " + text;
+  }
+  const auto text = gains_and_first_step(tuning, 1.0, gain_units(tuning.units.input, tuning.units.velocity));
+  return text.empty() || !fits_comment(text) ? std::string() : "Gains: " + text;
 }
 
 /// What stands behind the polynomials of a state feedback; empty for other structures.
@@ -192,9 +206,8 @@ expected<void, Error> check_exportable(const TuneOptions& options, ExportFormat 
     if (!options.shaper) return refuse("shaper", kNoShaper);
     return {};
   }
-  if (!options.positions.empty() && format == ExportFormat::json)
-    return refuse("schedule",
-                  "must be taken away as c, c-float or st: a controller file has one set of gains");
+  const bool is_file = format == ExportFormat::json || format == ExportFormat::first_step;
+  if (!options.positions.empty() && is_file) return refuse("schedule", kOneSetOfGains);
   if (!options.positions.empty() && format == ExportFormat::hal)
     return refuse("schedule",
                   "must be taken away as c, c-float or st: LinuxCNC's pid multiplies its sum by Igain, so "
@@ -205,6 +218,11 @@ expected<void, Error> check_exportable(const TuneOptions& options, ExportFormat 
                               structure == ControllerStructure::state_feedback;
   if (by_polynomials && !options.evaluate && format == ExportFormat::hal)
     return tl::unexpected(not_in_hal(name_of(structure)));
+  if (structure == ControllerStructure::state_feedback && !options.evaluate &&
+      format == ExportFormat::first_step)
+    return refuse("structure",
+                  "must have gains of which the first step is a part, found state-feedback, whose poles are "
+                  "those of its full gain; take the first step of a pi");
   return {};
 }
 
@@ -216,15 +234,40 @@ expected<void, Error> check_exportable(const Tuning& tuning) {
   return {};
 }
 
+expected<TunedController, Error> first_step(const Tuning& tuning) {
+  const TunedController& full = tuning.proposed();
+  if (tuning.schedule) return refuse("schedule", kOneSetOfGains);
+  if (!full.gains)
+    return refuse("structure",
+                  fmt::format("must have gains of which the first step is a part, found {}, whose poles are "
+                              "those of its full gain; take the first step of a pi",
+                              full.name));
+  design::FilteredPi soft = *full.gains;
+  soft.kp *= kFirstGain;
+  soft.ki *= kFirstIntegralGain;
+  const double step = full.feedback.sample_time_s;
+  if (full.position_gain)
+    return law_of(design::Cascade{std::move(soft), kFirstGain * *full.position_gain}, step).what;
+  Law law =
+      full.derivative_gain
+          ? law_of(design::Pid{soft.kp, soft.ki, kFirstGain * *full.derivative_gain, *full.derivative_time_s},
+                   step)
+          : law_of(soft, step);
+  set_weight(law, full.set_point_weight);
+  return std::move(law.what);
+}
+
 expected<std::string> exported(const Tuning& tuning, ExportFormat format, const ExportNames& names) {
   if (auto checked = check_exportable(tuning); !checked) return tl::unexpected(checked.error());
+  if (format == ExportFormat::json || format == ExportFormat::first_step)
+    return refuse("format", "must be a language: a controller file is written by controller_json()");
   auto text = controller_text(tuning, format, names);
   if (!text) return text;
   if (format != ExportFormat::klipper) {
     *text = in_units(std::move(*text), tuning.units);
     if (const auto comment = states_comment(tuning); !comment.empty())
       *text = with_comment(comment, *text, format);
-    if (const auto comment = own_gains_comment(tuning); !comment.empty())
+    if (const auto comment = gains_comment(tuning); !comment.empty())
       *text = with_comment(comment, *text, format);
   }
   constexpr const char* kWarning =
@@ -235,6 +278,8 @@ expected<std::string> exported(const Tuning& tuning, ExportFormat format, const 
 expected<std::string> exported(const FirstLoop& loop, ExportFormat format, const ExportNames& names) {
   if (format == ExportFormat::klipper)
     return refuse("format", "must be that of a controller: Klipper takes an input shaper");
+  if (format == ExportFormat::first_step)
+    return refuse("format", "must be that of the loop itself, which is soft enough to begin with");
   design::ExportedController design;
   design.controller = *loop.controller.gains;
   design.sample_time_s = 1.0 / loop.options.sample_rate_hz;

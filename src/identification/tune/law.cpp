@@ -151,6 +151,16 @@ Law law_of(const design::Cascade& cascade, double sample_time_s) {
   return law;
 }
 
+Law law_of(const design::Pid& pid, double sample_time_s) {
+  Law law = law_of(pid.transfer_function(sample_time_s));
+  law.what.structure = "pid";
+  law.what.name = "PID";
+  law.what.gains = design::FilteredPi{pid.kp, pid.ki, {}};
+  law.what.derivative_gain = pid.kd;
+  law.what.derivative_time_s = pid.filter_s;
+  return law;
+}
+
 Law law_of(const design::Rst& rst, double sample_time_s) {
   const auto feedback = rst.controller(sample_time_s);
   Law law{design::LinearController(feedback)};

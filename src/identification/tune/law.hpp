@@ -11,6 +11,7 @@
 #include "design/closed_loop.hpp"
 #include "design/controller.hpp"
 #include "design/machine.hpp"
+#include "design/pid.hpp"
 #include "design/rst.hpp"
 #include "design/state_feedback.hpp"
 
@@ -24,6 +25,7 @@ struct Law {
 
 [[nodiscard]] Law law_of(const design::FilteredPi& controller, double sample_time_s);
 [[nodiscard]] Law law_of(const design::Cascade& cascade, double sample_time_s);
+[[nodiscard]] Law law_of(const design::Pid& pid, double sample_time_s);
 [[nodiscard]] Law law_of(const design::Rst& rst, double sample_time_s);
 [[nodiscard]] Law law_of(const design::StateFeedback& feedback, double sample_time_s);
 /// Of any transfer function; a PI is known as one, and a P.

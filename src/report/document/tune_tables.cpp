@@ -251,15 +251,31 @@ nlohmann::json controller_json(const TunedController& c) {
   return j;
 }
 
-expected<nlohmann::json> controller_json(const Tuning& t) {
-  if (const auto checked = check_exportable(t); !checked) return tl::unexpected(checked.error());
-  if (const auto checked = check_exportable(t.options, identification::ExportFormat::json); !checked)
-    return tl::unexpected(checked.error());
-  auto j = controller_json(t.proposed());
+namespace {
+
+/// With what a reader of the file must know, and what its gains are in the recording's own units.
+nlohmann::json controller_file(const Tuning& t, const TunedController& c) {
+  auto j = controller_json(c);
   if (!t.trusted) j["warning"] = "this design is not trusted; do not run it before its findings are cured";
   if (const auto own = own_gains(t))
     j["recorded_units"] = {{"input", t.input_unit}, {"output", t.output_unit}, {"gain", own->factor}};
   return j;
+}
+
+}  // namespace
+
+expected<nlohmann::json> controller_json(const Tuning& t) {
+  if (const auto checked = check_exportable(t); !checked) return tl::unexpected(checked.error());
+  if (const auto checked = check_exportable(t.options, identification::ExportFormat::json); !checked)
+    return tl::unexpected(checked.error());
+  return controller_file(t, t.proposed());
+}
+
+expected<nlohmann::json> first_step_json(const Tuning& t) {
+  if (const auto checked = check_exportable(t); !checked) return tl::unexpected(checked.error());
+  const auto soft = identification::first_step(t);
+  if (!soft) return tl::unexpected(soft.error());
+  return controller_file(t, *soft);
 }
 
 }  // namespace resonid::report

@@ -2533,6 +2533,12 @@ TEST(Tune, IsTakenAway) {
     ASSERT_TRUE(text) << name_of(format) << message_of(text.error());
     EXPECT_NE(text->find("velocity_controller"), std::string::npos) << name_of(format);
     EXPECT_EQ(text->find("own units"), std::string::npos) << name_of(format);
+    const auto& gains = *tuning->proposed().gains;
+    EXPECT_NE(text->find(fmt::format("Gains: kp {:.4g} Nm/(rad/s), ki {:.4g} Nm/rad; first step kp {:.4g} "
+                                     "Nm/(rad/s), ki {:.4g} Nm/rad.",
+                                     gains.kp, gains.ki, 0.5 * gains.kp, 0.25 * gains.ki)),
+              std::string::npos)
+        << *text;
   }
   auto amperes = *tuning;
   amperes.input_scale = 2.0;
@@ -2546,11 +2552,16 @@ TEST(Tune, IsTakenAway) {
       << commented->substr(0, 150);
   EXPECT_NE(commented->find(fmt::format("first step kp {:.4g} A/rpm, ki ", 0.5 * kp)), std::string::npos);
   amperes.output_unit = "[(a*)]";
-  EXPECT_EQ(exported(amperes, ExportFormat::structured_text)->find("own units"), std::string::npos);
+  const auto in_si = exported(amperes, ExportFormat::structured_text);
+  EXPECT_EQ(in_si->find("own units"), std::string::npos);
+  EXPECT_TRUE(in_si->starts_with("(* Gains: kp ")) << in_si->substr(0, 150);
   const auto cascade = tune(identified(), few_draws(ControllerStructure::cascade));
   ASSERT_TRUE(cascade);
   const auto position = exported(*cascade, ExportFormat::c);
   ASSERT_TRUE(position) << message_of(position.error());
+  EXPECT_NE(
+      position->find(fmt::format(", kv {:.4g} 1/s; first step kp ", *cascade->proposed().position_gain)),
+      std::string::npos);
   o.evaluate = data::Controller(data::TransferFunction{{1.5, -1.3, 0.02}, {1.0, -1.2, 0.2}, 0.002});
   const auto other = tune(identified(), o);
   ASSERT_TRUE(other);
@@ -2559,6 +2570,33 @@ TEST(Tune, IsTakenAway) {
   const auto refused = exported(*other, ExportFormat::hal);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().field, "structure");
+}
+
+/// Its controller is that of the proposal, but for the gains.
+TEST(Tune, TakesTheFirstStepAway) {
+  for (const auto structure : {ControllerStructure::pi_biquads, ControllerStructure::pid,
+                               ControllerStructure::cascade, ControllerStructure::p}) {
+    SCOPED_TRACE(name_of(structure));
+    const auto tuning = tune(identified(), few_draws(structure));
+    ASSERT_TRUE(tuning) << message_of(tuning.error());
+    const auto& full = tuning->proposed();
+    const auto soft = first_step(*tuning);
+    ASSERT_TRUE(soft) << message_of(soft.error());
+    EXPECT_EQ(soft->structure, full.structure);
+    EXPECT_EQ(soft->gains->kp, 0.5 * full.gains->kp);
+    EXPECT_EQ(soft->gains->ki, 0.25 * full.gains->ki);
+    EXPECT_EQ(soft->gains->biquads.size(), full.gains->biquads.size());
+    EXPECT_EQ(soft->set_point_weight, full.set_point_weight);
+    EXPECT_EQ(soft->reference_numerator.size(), full.reference_numerator.size());
+    EXPECT_EQ(soft->feedback.denominator, full.feedback.denominator);
+    EXPECT_EQ(soft->position_gain.value_or(0.0), 0.5 * full.position_gain.value_or(0.0));
+    EXPECT_EQ(soft->derivative_gain.value_or(0.0), 0.5 * full.derivative_gain.value_or(0.0));
+  }
+  const auto state = few_draws(ControllerStructure::state_feedback);
+  EXPECT_EQ(check_exportable(state, ExportFormat::first_step).error().field, "structure");
+  const auto tuning = tune(identified(), few_draws());
+  ASSERT_TRUE(tuning);
+  EXPECT_EQ(exported(*tuning, ExportFormat::first_step).error().field, "format");
 }
 
 }  // namespace

@@ -29,5 +29,7 @@ namespace resonid::report {
 /// The proposed controller likewise, with a warning of a design that is not trusted and the factor to the
 /// recording's own units. Refused: one that is unstable on the identified machine, and a gain schedule.
 [[nodiscard]] expected<nlohmann::json> controller_json(const identification::Tuning& tuning);
+/// The first step of it, identification::first_step(). Refused too: a controller without gains.
+[[nodiscard]] expected<nlohmann::json> first_step_json(const identification::Tuning& tuning);
 
 }  // namespace resonid::report
