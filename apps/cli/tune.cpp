@@ -407,7 +407,9 @@ void add_tune(CLI::App& app) {
                    "take the controller away: json, c, c-float, st, hal, klipper; first-step: a json of its "
                    "first step")
       ->type_name("FORMAT:FILE");
-  verb->add_option("--export-name", o->names.name, "name of what is exported")->type_name("NAME");
+  verb->add_option("--export-name", o->names.name,
+                   "name of what is exported; default: velocity_controller, of a cascade position_controller")
+      ->type_name("NAME");
   static constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
   add_choice(
       *verb, "--export-axis", kAxes, [o](std::size_t i) { o->names.axis = kAxes[i]; },

@@ -157,7 +157,7 @@ expected<std::string> to_hal(const ExportedController& design, const std::string
     connections += fmt::format(
         "#   torque-feed-forward: {} times the acceleration of the reference + {} times its velocity\n"
         "#   + {} in its direction; position and velocity of it {} s later\n",
-        digits_17(f.inertia), digits_17(f.viscous), digits_17(f.coulomb), f.delay_s);
+        f.inertia, f.viscous, f.coulomb, f.delay_s);
   }
   values.emplace_back("connections", connections);
   values.emplace_back("sum", design.sums_velocity ? filled_in(kHalSum, values) : std::string());

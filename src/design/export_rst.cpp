@@ -61,7 +61,7 @@ constexpr std::string_view kRstBlock =
     R"((* @name@: velocity controller (@what@), designed by resonid. IEC 61131-3.
    u = (T r - R y)/S in powers of z^-1@same@
    Transposed direct form II@remembers@.
-   To be called in every cycle of a task of @step@ s; in another one it gives no torque. *)
+   To be called in every cycle of a task of @period@ s; in another one it gives no torque. *)
 FUNCTION_BLOCK @name@
 VAR_INPUT
   enable : BOOL;
@@ -293,6 +293,7 @@ expected<std::string> to_structured_text(const ExportedRst& design) {
                                {"same", same_of(rows)},
                                {"remembers", remembers_of(design)},
                                {"step", digits_17(design.sample_time_s)},
+                               {"period", fmt::format("{}", design.sample_time_s)},
                                {"variables", variables},
                                {"constants", constants},
                                {"reset", reset},

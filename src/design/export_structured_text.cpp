@@ -13,7 +13,7 @@ constexpr std::string_view kStBlock =
     R"((* @name@: @law@ control of a @what@, designed by resonid. IEC 61131-3.
 @loop@   u = F (kp (b r - y) + sum of ki Ts (r - y))@and_torque@
    F: product of biquads (@count@), transposed direct form II.
-   To be called in every cycle of a task of @step@ s; in another one it gives no torque. *)
+   To be called in every cycle of a task of @period@ s; in another one it gives no torque. *)
 FUNCTION_BLOCK @name@
 VAR_INPUT
   enable : BOOL;
@@ -236,6 +236,7 @@ expected<std::string> to_structured_text(const ExportedController& design) {
        {"and_torque", cascaded ? " + torque feed-forward" : ""},
        {"count", std::to_string(design.controller.biquads.size())},
        {"step", digits_17(design.sample_time_s)},
+       {"period", fmt::format("{}", design.sample_time_s)},
        {"weight", digits_17(design.set_point_weight)},
        {"inputs", parts.inputs},
        {"variables", parts.variables},

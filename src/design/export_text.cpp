@@ -213,7 +213,8 @@ std::string speed_comment(const ExportedController& design) {
 }
 
 std::string law_word(const ExportedController& design) {
-  return design.schedule.empty() && design.controller.ki == 0.0 ? "P" : "PI";
+  const std::string velocity = design.schedule.empty() && design.controller.ki == 0.0 ? "P" : "PI";
+  return design.kv > 0.0 ? "P over " + velocity : velocity;
 }
 
 std::string filled_in(std::string_view text, const TextValues& values) {

@@ -32,9 +32,10 @@ inline constexpr EnumName<ExportFormat> kExportFormatNames[] = {{ExportFormat::j
 }
 
 struct ExportNames {
-  std::string name = "velocity_controller";  ///< Name of struct, block or component.
-  std::string axis = "x";                    ///< The printer's.
-  std::string thread = "servo-thread";       ///< LinuxCNC's.
+  /// Name of struct, block or component; empty: "velocity_controller", of a cascade "position_controller".
+  std::string name = {};
+  std::string axis = "x";               ///< The printer's.
+  std::string thread = "servo-thread";  ///< LinuxCNC's.
 };
 
 /// Before anything is designed: what a target cannot express of what these options ask for.

@@ -53,6 +53,11 @@ expected<std::string> klipper_text(const Tuning& tuning, const ExportNames& name
 template <class Design>
 expected<std::string> in_language(Design design, ExportFormat format, const ExportNames& names) {
   design.name = names.name;
+  if (names.name.empty()) {
+    design.name = "velocity_controller";
+    if constexpr (std::is_same_v<Design, design::ExportedController>)
+      if (design.kv > 0.0) design.name = "position_controller";
+  }
   switch (format) {
     case ExportFormat::c_float:
       return design::to_c(design, design::CNumber::in_float);

@@ -194,6 +194,18 @@ TEST_F(HalExport, MeansTheDesignByItsSettings) {
   EXPECT_NE(to_hal(exported_controller())->find("velocity_controller-pid.FF0 0\n"), std::string::npos);
 }
 
+TEST(ExportComments, HaveNoMoreDigitsThanANumberNeeds) {
+  auto controller = exported_controller();
+  controller.sample_time_s = 0.0004;
+  const auto block = to_structured_text(controller);
+  ASSERT_TRUE(block) << block.error().requirement;
+  EXPECT_NE(block->find("a task of 0.0004 s;"), std::string::npos) << *block;
+  EXPECT_NE(block->find("sample_time : LREAL := 0.00040000000000000002;"), std::string::npos);
+  const auto rst = to_structured_text(ExportedRst{{1.0, -0.9}, {1.0, -1.0}, {}, 0.0004});
+  ASSERT_TRUE(rst) << rst.error().requirement;
+  EXPECT_NE(rst->find("a task of 0.0004 s;"), std::string::npos) << *rst;
+}
+
 /// What LinuxCNC's pid does at its limit, behind filters of the error: the sum stops one period later than it
 /// could.
 std::vector<double> simulated_hal(const ExportedController& exported) {
