@@ -46,8 +46,9 @@ struct TuneVerb {
   identification::TuneOptions options;
   std::uint64_t biquads = 1, draws = 10'000;
   std::optional<std::string> evaluate, controller, schedule, experiment, first_loop;
-  std::string evaluate_name;      ///< By the structure that the file of evaluate tells; empty: not told.
-  std::optional<double> delay_s;  ///< With first_loop.
+  std::string evaluate_name;  ///< By the structure that the file of evaluate tells; empty: not told.
+  std::optional<io::ControllerFile> evaluated;  ///< That file.
+  std::optional<double> delay_s;                ///< With first_loop.
   std::vector<std::string> exports;
   identification::ExportNames names;
   TuneCheck check;
@@ -90,6 +91,7 @@ void read_controllers(TuneVerb& o, double sample_time_s) {
                       *o.evaluate));
     if (!file.denominator.empty())
       o.evaluate_name = name_of_structure(file.structure, file.denominator.size() - 1);
+    o.evaluated = file;
     t.evaluate_reference = std::move(file.reference_numerator);
     t.evaluate_position_gain = file.position_gain;
     t.evaluate = data::Controller(data::TransferFunction(std::move(file)));
@@ -287,6 +289,11 @@ void run_tune(CLI::App& verb, TuneVerb& o) {
   if (!tuning) throw UsageError(in_options(tuning.error()));
   if (auto& judged = tuning->candidates.front(); !o.evaluate_name.empty() && !judged.position_gain)
     judged.name = o.evaluate_name;
+  if (o.evaluated && !put_parts(*o.evaluated, tuning->candidates.front()))
+    throw UsageError(fmt::format(
+        "--evaluate: {}: \"gains\" and what stands beside them are not what numerator, denominator "
+        "and reference_numerator are made of; required the same law, or none of them",
+        *o.evaluate));
   put_own_units(results.front(), *tuning);
   if (tuning->schedule && o.check.is_wanted())
     throw UsageError("--check: found with --schedule, required the controller of one place (--evaluate)");

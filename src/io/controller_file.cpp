@@ -27,7 +27,7 @@ Result pi(const std::string& numbers, double sample_time_s) {
   if (*gain == 0.0 || !(*time > 0.0))
     return refused(
         fmt::format("found KP = {:g}, TI = {:g} s, required KP other than 0 and TI > 0", *gain, *time));
-  ControllerFile controller{data::pi_controller(*gain, *time, sample_time_s), "pi", {}, {}};
+  ControllerFile controller{data::pi_controller(*gain, *time, sample_time_s), "pi", {}, {}, {}};
   return controller;
 }
 
@@ -77,6 +77,56 @@ bool contains_position(const data::TransferFunction& feedback, double gain) {
          has_root(feedback.denominator, 1.0);
 }
 
+/// A number that is there, or nothing; `complaint` keeps what is there and none.
+std::optional<double> number_of(const nlohmann::json& json, const char* key, Complaint& complaint) {
+  const auto found = json.find(key);
+  if (found == json.end()) return std::nullopt;
+  if (found->is_number() && std::isfinite(found->get<double>())) return found->get<double>();
+  complaint = unexpected(fmt::format("\"{}\" must be a number", key));
+  return std::nullopt;
+}
+
+Complaint read_biquads(const nlohmann::json& gains, ControllerParts& parts) {
+  const auto list = gains.find("biquads");
+  if (list == gains.end()) return {};
+  const auto wrong = unexpected(
+      std::string("\"biquads\" must be an array of frequency_hz, numerator_damping and denominator_damping"));
+  if (!list->is_array()) return wrong;
+  for (const auto& entry : *list) {
+    Complaint complaint;
+    if (!entry.is_object()) return wrong;
+    const auto frequency = number_of(entry, "frequency_hz", complaint),
+               numerator = number_of(entry, "numerator_damping", complaint),
+               denominator = number_of(entry, "denominator_damping", complaint);
+    if (!frequency || !numerator || !denominator) return wrong;
+    parts.biquads.push_back({*frequency, *numerator, *denominator});
+  }
+  return {};
+}
+
+/// What the law is made of, of files that tell it.
+Complaint read_parts(const nlohmann::json& json, ControllerFile& controller) {
+  const auto gains = json.find("gains");
+  if (gains == json.end()) return {};
+  Complaint complaint;
+  std::optional<double> kp, ki;
+  if (gains->is_object()) {
+    kp = number_of(*gains, "kp", complaint);
+    ki = number_of(*gains, "ki", complaint);
+  }
+  if (!kp || !ki) return unexpected(std::string("\"gains\" must be an object with the numbers kp and ki"));
+  ControllerParts parts{*kp, *ki, {}, {}, {}, 1.0};
+  if (auto read = read_biquads(*gains, parts); !read) return read;
+  parts.derivative_gain = number_of(json, "derivative_gain", complaint);
+  parts.derivative_time_s = number_of(json, "derivative_time_s", complaint);
+  parts.set_point_weight = number_of(json, "set_point_weight", complaint).value_or(1.0);
+  if (complaint && parts.derivative_gain.has_value() != parts.derivative_time_s.has_value())
+    return unexpected(
+        std::string("\"derivative_gain\" and \"derivative_time_s\": required both of them, or none"));
+  controller.parts = std::move(parts);
+  return complaint;
+}
+
 Complaint read_further(const nlohmann::json& json, ControllerFile& controller) {
   if (const auto found = json.find("structure"); found != json.end()) {
     if (!found->is_string()) return unexpected(std::string("\"structure\" must be a text"));
@@ -88,6 +138,7 @@ Complaint read_further(const nlohmann::json& json, ControllerFile& controller) {
       return unexpected(std::string("\"reference_numerator\" must be an array of numbers in powers of z^-1"));
     controller.reference_numerator = *reference;
   }
+  if (auto parts = read_parts(json, controller); !parts) return parts;
   const auto gain = json.find("position_gain");
   if (gain == json.end()) return {};
   if (!gain->is_number() || !(gain->get<double>() > 0.0) || !std::isfinite(gain->get<double>()))
@@ -123,7 +174,7 @@ Result read_controller(const std::string& text, double sample_time_s) {
     return refused(text, "needs \"numerator\" and \"denominator\", arrays of numbers in powers of z^-1");
   if (denominator->front() == 0.0) return refused(text, "the denominator must not begin with 0");
   if (auto step = checked_step(json, sample_time_s); !step) return refused(text, step.error());
-  ControllerFile controller{{*numerator, *denominator, sample_time_s}, {}, {}, {}};
+  ControllerFile controller{{*numerator, *denominator, sample_time_s}, {}, {}, {}, {}};
   if (auto further = read_further(json, controller); !further) return refused(text, further.error());
   return controller;
 }

@@ -84,6 +84,14 @@ TEST_F(TuneVerb, NeedsNoOptionThatIdentifyWasGiven) {
   const auto judged = run("tune result.json --evaluate half.json --draws 500");
   ASSERT_EQ(judged.exit_code, 0) << judged.error;
   EXPECT_NE(judged.out.find("keeps every bound"), std::string::npos) << judged.out;
+  EXPECT_NE(judged.out.find("Gains: kp "), std::string::npos) << judged.out;
+  EXPECT_EQ(judged.out.find("Controller of order"), std::string::npos) << judged.out;
+  auto other = half;  // the same law said otherwise
+  other["gains"]["kp"] = 0.9 * half.at("gains").at("kp").get<double>();
+  write("other.json", other.dump());
+  const auto contradicts = run("tune result.json --evaluate other.json --draws 500");
+  EXPECT_NE(contradicts.exit_code, 0);
+  EXPECT_NE(contradicts.error.find("other.json: \"gains\""), std::string::npos) << contradicts.error;
   for (const char* file : {"c.h", "c.st", "c.hal"}) {  // SI units too
     EXPECT_NE(text(file).find("Gains: kp "), std::string::npos) << file;
     EXPECT_NE(text(file).find("; first step kp "), std::string::npos) << file;

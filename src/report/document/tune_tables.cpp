@@ -248,6 +248,17 @@ nlohmann::json controller_json(const TunedController& c) {
                    {"structure", c.structure}};
   if (!c.reference_numerator.empty()) j["reference_numerator"] = c.reference_numerator;
   if (c.position_gain) j["position_gain"] = *c.position_gain;
+  if (!c.gains) return j;
+  auto& gains = j["gains"] = {{"kp", c.gains->kp}, {"ki", c.gains->ki}};
+  for (const auto& b : c.gains->biquads)
+    gains["biquads"].push_back({{"frequency_hz", b.frequency_hz},
+                                {"numerator_damping", b.numerator_damping},
+                                {"denominator_damping", b.denominator_damping}});
+  if (c.set_point_weight != 1.0) j["set_point_weight"] = c.set_point_weight;
+  if (c.derivative_gain && c.derivative_time_s) {
+    j["derivative_gain"] = *c.derivative_gain;
+    j["derivative_time_s"] = *c.derivative_time_s;
+  }
   return j;
 }
 

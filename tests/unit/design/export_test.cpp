@@ -201,7 +201,11 @@ TEST(ExportComments, HaveNoMoreDigitsThanANumberNeeds) {
   ASSERT_TRUE(block) << block.error().requirement;
   EXPECT_NE(block->find("a task of 0.0004 s;"), std::string::npos) << *block;
   EXPECT_NE(block->find("sample_time : LREAL := 0.00040000000000000002;"), std::string::npos);
-  const auto rst = to_structured_text(ExportedRst{{1.0, -0.9}, {1.0, -1.0}, {}, 0.0004});
+  ExportedRst law;
+  law.r = {1.0, -0.9};
+  law.s = {1.0, -1.0};
+  law.sample_time_s = 0.0004;
+  const auto rst = to_structured_text(law);
   ASSERT_TRUE(rst) << rst.error().requirement;
   EXPECT_NE(rst->find("a task of 0.0004 s;"), std::string::npos) << *rst;
 }

@@ -40,6 +40,36 @@ TEST(ControllerFile, HoldsWhatTheFileSays) {
   EXPECT_EQ(pid->reference_numerator, std::vector<double>({1.0, -0.8}));
 }
 
+TEST(ControllerFile, TellsWhatItIsMadeOf) {
+  const std::string law = R"("numerator": [2.04, -2], "denominator": [1, -1])";
+  const auto read = read_controller(
+      "{" + law +
+          R"(, "gains": {"kp": 2, "ki": 20, "biquads": [{"frequency_hz": 40, "numerator_damping": 0.5,
+              "denominator_damping": 1}]}, "set_point_weight": 0.5, "derivative_gain": 0.1,
+              "derivative_time_s": 0.01})",
+      0.002);
+  ASSERT_TRUE(read) << message_of(read.error());
+  ASSERT_TRUE(read->parts);
+  EXPECT_EQ(read->parts->kp, 2.0);
+  EXPECT_EQ(read->parts->ki, 20.0);
+  ASSERT_EQ(read->parts->biquads.size(), 1U);
+  EXPECT_EQ(read->parts->biquads[0].frequency_hz, 40.0);
+  EXPECT_EQ(read->parts->biquads[0].numerator_damping, 0.5);
+  EXPECT_EQ(read->parts->biquads[0].denominator_damping, 1.0);
+  EXPECT_EQ(read->parts->set_point_weight, 0.5);
+  EXPECT_EQ(read->parts->derivative_gain, 0.1);
+  EXPECT_EQ(read->parts->derivative_time_s, 0.01);
+  EXPECT_FALSE(read_controller("{" + law + "}", 0.002)->parts);
+  EXPECT_NE(refusal("{" + law + R"(, "gains": {"kp": 2}})").find("kp and ki"), std::string::npos);
+  EXPECT_NE(refusal("{" + law + R"(, "gains": {"kp": 2, "ki": 20, "biquads": [1]}})").find("biquads"),
+            std::string::npos);
+  EXPECT_NE(refusal("{" + law + R"(, "gains": {"kp": 2, "ki": 20}, "derivative_gain": 1})").find("both"),
+            std::string::npos);
+  EXPECT_NE(refusal("{" + law + R"(, "gains": {"kp": 2, "ki": 20}, "set_point_weight": "b"})")
+                .find("must be a number"),
+            std::string::npos);
+}
+
 /// (2.04 - 2 z^-1)((1 + 20 Ts) - z^-1)/(1 - z^-1)^2 by hand.
 TEST(ControllerFile, KnowsACascadeByItsPositionGain) {
   const std::string loop =

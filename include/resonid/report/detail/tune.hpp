@@ -23,7 +23,8 @@ namespace resonid::report {
 [[nodiscard]] Document document(const identification::Tuning& tuning);
 
 /// A controller as io::read_controller() takes it: {numerator, denominator, sample_time_s, structure}, and
-/// `reference_numerator` where the reference goes its own way, `position_gain` of a cascade.
+/// `reference_numerator` where the reference goes its own way, `position_gain` of a cascade, and what it is
+/// made of where that are gains.
 [[nodiscard]] nlohmann::json controller_json(const identification::TunedController& controller);
 
 /// The proposed controller likewise, with a warning of a design that is not trusted and the factor to the
