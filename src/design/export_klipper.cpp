@@ -28,7 +28,9 @@ expected<void> check_axis(const KlipperAxis& axis) {
   const ShaperKind kind = axis.kinds.front();
   if (const auto shaper = shaper_for(kind, mode, axis.limit); !shaper) return tl::unexpected(shaper.error());
   if (mode.damping_ratio > largest_damping(kind))
-    return refuse("damping_ratio", "must not be larger than Klipper allows for this shaper",
+    return refuse("damping_ratio",
+                  fmt::format("must be at most {:g}, which Klipper allows for {}", largest_damping(kind),
+                              name_of(kind)),
                   mode.damping_ratio);
   if (is_extra_insensitive(kind) && axis.limit != 0.05)
     return refuse("limit", "must be 0.05, which Klipper's extra insensitive shapers are made for",
