@@ -13,7 +13,7 @@ class LineFiller {
  public:
   LineFiller(std::span<const double> frequencies_hz, std::span<const std::complex<double>> values,
              std::span<const double> radii)
-      : f_(frequencies_hz), values_(values), radii_(radii), delay_turn_(turn_per_hz()) {}
+      : f_(frequencies_hz), values_(values), radii_(radii) {}
 
   FilledLines run() {
     for (std::size_t i = 0; i < f_.size(); ++i) {
@@ -24,17 +24,6 @@ class LineFiller {
   }
 
  private:
-  /// Of a delay: what the middle one of all turns has, which modes do not reach.
-  [[nodiscard]] double turn_per_hz() const {
-    std::vector<double> turns;
-    for (std::size_t i = 1; i < f_.size(); ++i)
-      turns.push_back(std::arg(values_[i] * std::conj(values_[i - 1])) / (f_[i] - f_[i - 1]));
-    if (turns.empty()) return 0.0;
-    const auto middle = turns.begin() + static_cast<std::ptrdiff_t>(turns.size() / 2);
-    std::nth_element(turns.begin(), middle, turns.end());
-    return std::min(0.0, *middle);
-  }
-
   void add(double f, std::complex<double> value, double radius, bool measured) {
     filled_.frequencies_hz.push_back(f);
     filled_.values.push_back(value);
@@ -58,14 +47,13 @@ class LineFiller {
     constexpr double kStraight = kPi / 18.0, kUnclear = 2.0 / 3.0 * kPi, kMost = 0.999 * kPi;
     const auto low = values_[i - 1], high = values_[i];
     if (!(std::abs(low) > 0.0) || !(std::abs(high) > 0.0)) return;
-    const double by_delay = delay_turn_ * (f_[i] - f_[i - 1]);
-    const double turn = std::arg(high * std::conj(low) * std::polar(1.0, -by_delay));
+    const double turn = std::arg(high * std::conj(low));
     if (std::abs(turn) < kStraight) return;
     double fall = -turn;
     if (std::abs(turn) > kUnclear) fall = is_peak(i) ? (turn > 0.0 ? kTwoPi - turn : -turn) : -std::abs(turn);
     const double sure = std::min(fall - unsure(i - 1) - unsure(i), kMost);
     if (sure > kStraight)
-      add_arc(i, sure, fall - by_delay);
+      add_arc(i, sure, fall);
     else
       add_chord(i);
   }
@@ -103,7 +91,6 @@ class LineFiller {
   std::span<const double> f_;
   std::span<const std::complex<double>> values_;
   std::span<const double> radii_;
-  double delay_turn_ = 0.0;  ///< rad/Hz
   FilledLines filled_;
 };
 

@@ -43,7 +43,7 @@ TEST(BetweenLines, GoAlongTheModeWhosePhaseFalls) {
   ASSERT_GT(lines.values.size(), f.size());
   for (std::size_t i = 0; i < lines.values.size(); ++i) {
     if (lines.frequencies_hz[i] < f[4] || lines.frequencies_hz[i] > f[5]) continue;  // it falls by 45 deg
-    EXPECT_NEAR(std::abs(lines.values[i] - mode(lines.frequencies_hz[i])), 0.0, 5e-3);
+    EXPECT_NEAR(std::abs(lines.values[i] - mode(lines.frequencies_hz[i])), 0.0, 1e-9);
   }
 }
 
@@ -55,8 +55,20 @@ TEST(BetweenLines, TellTheHeightOfAPeakThatNoLineStandsAt) {
     for (const double beside : {47.0, 48.5, 49.3}) {  // 41, 20 and 10 deg are left of half a turn
       const double found = height({30.0, 38.0, beside, 100.5 - beside, 62.0, 70.0, 78.0}, delay_s);
       EXPECT_GT(found, 0.9) << beside << " " << delay_s;
-      EXPECT_LT(found, 6.0) << beside << " " << delay_s;
+      if (delay_s == 0.0) {
+        EXPECT_LT(found, 3.0) << beside;
+      }
     }
+}
+
+/// Lines far below the mode turn by a lag, more than it turns there.
+TEST(BetweenLines, TakeNoLagOffAFall) {
+  constexpr double kLag_s = 0.012;
+  const auto lagging = [](double f) { return mode(f) / Complex(1.0, kTwoPi * f * kLag_s); };
+  std::vector<double> f{48.4, 51.6};
+  for (double x = 1.0; x < 40.0; x *= 1.1) f.push_back(x);
+  std::sort(f.begin(), f.end());
+  EXPECT_GT(largest(filled(f, lagging)), 0.9 * std::abs(lagging(50.0)));
 }
 
 TEST(BetweenLines, PassNearZeroWhereThePhaseRises) {
@@ -74,7 +86,9 @@ TEST(BetweenLines, LeaveDelaysInertiasAndNoiseAsTheyAre) {
   std::vector<double> f;
   for (double x = 1.0; x < 200.0; x *= 1.1) f.push_back(x);
   const auto late = [](double x) { return std::polar(1.0 / x, -0.5 * kPi - kTwoPi * x * 4e-3); };
-  EXPECT_EQ(filled(f, late).values.size(), f.size());
+  const auto lines = filled(f, late);  // 1.44 deg/Hz
+  for (std::size_t i = 0; i < lines.values.size(); ++i)
+    EXPECT_NEAR(lines.frequencies_hz[i] * std::abs(lines.values[i]), 1.0, 0.05);
   const auto wild = filled(
       {1.0, 2.0, 3.0, 4.0}, [](double x) { return std::polar(1.0, 2.5 * x * x); }, 2.0);
   EXPECT_LE(largest(wild), 1.0 + 1e-9);  // chords
