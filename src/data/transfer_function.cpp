@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
+#include <data/pole_at_one.hpp>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/detail/polynomial.hpp>
 #include <resonid/data/transfer_function.hpp>
@@ -24,14 +25,18 @@ std::vector<double> TransferFunction::simulate(std::span<const double> input) co
 }
 
 std::vector<std::complex<double>> TransferFunction::poles() const {
-  const auto order = static_cast<Eigen::Index>(denominator.size()) - 1;
-  if (order < 1) return {};
+  // Integrators first: a double one would else be known to the root of the rounding only.
+  std::vector<std::complex<double>> found;
+  auto rest = denominator;
+  for (; rest.size() > 1 && vanishes_at_one(rest); divide_by_integrator(rest)) found.emplace_back(1.0);
+  const auto order = static_cast<Eigen::Index>(rest.size()) - 1;
+  if (order < 1) return found;
   Eigen::MatrixXd companion = Eigen::MatrixXd::Zero(order, order);
-  for (Eigen::Index i = 0; i < order; ++i)
-    companion(0, i) = -denominator[static_cast<std::size_t>(i) + 1] / denominator[0];
+  for (Eigen::Index i = 0; i < order; ++i) companion(0, i) = -rest[static_cast<std::size_t>(i) + 1] / rest[0];
   for (Eigen::Index i = 1; i < order; ++i) companion(i, i - 1) = 1.0;
   const Eigen::VectorXcd values = linalg::eigenvalues(companion);
-  return {values.begin(), values.end()};
+  found.insert(found.end(), values.begin(), values.end());
+  return found;
 }
 
 TransferFunction pi_controller(double gain, double integral_time_s, double sample_time_s) {

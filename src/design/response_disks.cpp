@@ -338,12 +338,6 @@ struct ControllerPoles {
   std::vector<ControllerMode> modes;
 };
 
-/// By z - 1.
-void divide_by_integrator(std::vector<double>& polynomial) {
-  for (std::size_t i = 1; i < polynomial.size(); ++i) polynomial[i] += polynomial[i - 1];
-  polynomial.pop_back();
-}
-
 expected<ControllerPoles> poles_of(data::TransferFunction controller) {
   constexpr double kSame = 1e-6;  // a double pole is found to the root of the rounding
   ControllerPoles found;
@@ -351,7 +345,7 @@ expected<ControllerPoles> poles_of(data::TransferFunction controller) {
   const double first = denominator.front();
   for (double& term : denominator) term /= first;
   for (; denominator.size() > 1 && data::has_root_at_one(denominator); ++found.integrators)
-    divide_by_integrator(denominator);
+    data::divide_by_integrator(denominator);
   controller.numerator = {1.0};
   const auto states = states_of(controller);
   if (states.a.rows() == 0) return found;
@@ -400,7 +394,7 @@ double largest_beyond(const data::TransferFunction& controller, const Controller
 expected<ControllerByLines> controller_by_lines(const data::TransferFunction& controller,
                                                 const std::vector<double>& lines_hz) {
   constexpr double kGrows = 1.05;
-  if (data::has_root_at_one(controller.numerator))
+  if (data::vanishes_at_one(controller.numerator))
     return refuse("controller", "must have a gain at standstill: without one any load runs away");
   const auto poles = poles_of(controller);
   if (!poles) return tl::unexpected(poles.error());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/detail/discrete_filter.hpp>
@@ -53,6 +54,16 @@ TEST(TransferFunction, KnowsAnIntegratorFromSlowFilters) {
   EXPECT_FALSE(integrates({1.0}));
   EXPECT_TRUE(integrates(once));
   EXPECT_FALSE(integrates({1.0, -0.999}));
+  // Two of them, of nine digits and of all.
+  const auto rounded = [](Polynomial p) {
+    for (double& term : p) term = std::round(1e9 * term) / 1e9;
+    return p;
+  };
+  EXPECT_TRUE(integrates(rounded(product(product(once, once), {1.0, -0.654321987, 0.123456789}))));
+  const auto poles =
+      TransferFunction{{1.0}, product(product(once, once), biquad(100.0, 0.7, 10000.0)), 1e-4}.poles();
+  EXPECT_EQ(std::ranges::count(poles, std::complex<double>(1.0)), 2);
+  for (const auto& pole : poles) EXPECT_LE(std::abs(pole), 1.0);
   // Of nine digits; beside it no filter that is slower than what they leave.
   EXPECT_TRUE(integrates({1.0, -1.500000001, 0.5}));
   EXPECT_TRUE(integrates(product(biquad(20.0, 0.7, 500.0), {1.0, -0.999999999})));
