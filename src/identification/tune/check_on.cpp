@@ -290,6 +290,15 @@ class Checker {
     }
   }
 
+  /// Margins at and beyond the edge of the band have no error bar.
+  [[nodiscard]] const CheckedFigure* beyond_without_bar() const {
+    const auto found = std::ranges::find_if(check_.figures, [&](const auto& figure) {
+      const auto bound = bound_of(figure);
+      return bound && !(figure.measured.std > 0.0) && figure.measured.value > *bound;
+    });
+    return found == check_.figures.end() ? nullptr : &*found;
+  }
+
   /// The largest |S| along the lines of what was promised, later by so much.
   [[nodiscard]] double largest_sensitivity(double delay_s) const {
     double least = HUGE_VAL;
@@ -337,6 +346,13 @@ class Checker {
                        "of it): whether the loop is as promised cannot be told from it.");
     }
     judge_bounds();
+    if (const auto* figure = beyond_without_bar(); check_.agrees && figure != nullptr)
+      return undecided(
+          "a figure lies beyond its bound, and the recording does not tell how well it is known",
+          fmt::format(
+              "Nothing differs, but {} measures {:.3g}, beyond its bound of {:.3g}, and the recording "
+              "does not tell how well that is known: excite around the crossover, and beyond it.",
+              words_of(*figure), figure->measured.value, *bound_of(*figure)));
     if (check_.agrees && !is_decisive()) return undecided("the recording is too noisy to tell", too_noisy());
     if (!check_.agrees) fails();
   }

@@ -73,13 +73,13 @@ class StructureDesigner {
   std::optional<Law> best_rst(design::Machines& machines) {
     std::optional<design::RstDesign> found;
     const bool begins = last_.empty();
-    if (!pi_is_best_) found = search_rst(machines, bounds_, {}, {40, 40, seed_}, last_);
-    const bool met = is_met(found);
     auto pi = best_pi(machines, bounds_);
+    if (!pi_is_best_ || !pi) found = search_rst(machines, bounds_, {}, {40, 40, seed_}, last_);
+    const bool met = is_met(found);
     if (met && !(pi && mean_iae(machines, *pi->what.gains) <= found->iae))
       return law_of(found->rst, sample_time_of(machines));
-    pi_is_best_ = pi_is_best_ || begins;
     if (!pi) return std::nullopt;
+    pi_is_best_ = pi_is_best_ || begins;
     pi->what.structure = name_of(ControllerStructure::rst);
     pi->what.name = "RST (that of the PI)";
     return pi;

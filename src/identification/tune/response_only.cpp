@@ -69,12 +69,14 @@ std::optional<design::AntiResonance> anti_resonance(const Result& result) {
 
 /// A response at its lines, as it was measured, and between them.
 struct LinesOfPlant {
-  data::FrequencyResponse measured;
   design::FilledLines filled;
+  std::vector<double> stds;
 
-  LinesOfPlant(data::FrequencyResponse plant, std::span<const double> radii)
-      : measured(std::move(plant)),
-        filled(design::between_lines(measured.frequency_hz, measured.value, radii)) {}
+  LinesOfPlant(const data::FrequencyResponse& plant, std::span<const double> radii)
+      : filled(design::between_lines(plant.frequency_hz, plant.value, radii)) {
+    const double part = radii.front() > 0.0 ? plant.std.front() / radii.front() : 0.0;  // one of all lines
+    for (const double radius : filled.radii) stds.push_back(part * radius);
+  }
 };
 
 /// What lines tell of a loop, and places between them.
@@ -142,8 +144,7 @@ void put_figures(const LinesOfPlant& plant, const Units& units, TunedController&
   for (const auto transfer : {design::Transfer::sensitivity, design::Transfer::complementary,
                               design::Transfer::controller_sensitivity})
     controller.figures.push_back(lines.peak(transfer, units, controller));
-  LineFigures(plant.measured.frequency_hz, plant.measured.value, controller.feedback)
-      .put_curves(plant.measured.std, controller.curves);
+  lines.put_curves(plant.stds, controller.curves);
 }
 
 /// Margins, worst over the disks, and the crossover, of which the first one is told as everywhere.

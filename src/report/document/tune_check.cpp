@@ -46,8 +46,9 @@ std::string doubtful_text(const identification::TuningCheck& check) {
   for (const auto& figure : check.figures)
     if (figure.probability && (least == nullptr || *figure.probability < *least->probability))
       least = &figure;
-  if (least == nullptr || *least->probability * static_cast<double>(check.figures.size()) > 1.0 - kConfidence)
-    return {};
+  const auto compared =
+      std::ranges::count_if(check.figures, [](const auto& figure) { return figure.probability.has_value(); });
+  if (least == nullptr || *least->probability * static_cast<double>(compared) > 1.0 - kConfidence) return {};
   const auto unit = shown_unit({least->name, least->unit, least->predicted.value, {}, {}, {}, {}, {}, {}});
   return fmt::format(
       " Nearest to the edge of that is the {}: {} measured, {} promised{} (probability by noise {}).",

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <resonid/base/constants.hpp>
 
 #include "report/document/tune_words.hpp"
@@ -100,7 +101,8 @@ Band times_controller(const TunedController& c, Band band, bool over) {
   for (std::size_t i = 0; i < f.size(); ++i) {
     const double size = std::abs(c.feedback.response(f[i]));
     for (auto* values : {&band.value, &band.low, &band.high})
-      if (i < values->size()) (*values)[i] *= over ? 1.0 / size : size;
+      if (i < values->size())
+        (*values)[i] *= over ? (size > 0.0 ? 1.0 / size : std::numeric_limits<double>::quiet_NaN()) : size;
   }
   return band;
 }

@@ -145,9 +145,9 @@ Section figures_section_of(const Tuning& t) {
   s.plain_tables = {bounds_first(figure_table(t.proposed()))};
   if (!t.proposed().crossings.empty()) s.plain_tables.push_back(crossing_table(t.proposed()));
   s.text = {
-      t.by_response ? "Values are those of the measured response at its lines; the worst case is that of "
-                      "every response "
-                      "within the error bars of all lines at once. What a response alone does not tell has a "
+      t.by_response ? "Values are those of the measured response at its lines and on the way from one to "
+                      "the next; the worst case is that of every response within the error bars of all lines "
+                      "at once. What a response alone does not tell has a "
                       "worst case "
                       "only."
       : is_for_several(t)
