@@ -12,8 +12,8 @@ namespace {
 class LineFiller {
  public:
   LineFiller(std::span<const double> frequencies_hz, std::span<const std::complex<double>> values,
-             std::span<const double> radii)
-      : f_(frequencies_hz), values_(values), radii_(radii) {}
+             std::span<const double> radii, double known_delay_s)
+      : f_(frequencies_hz), values_(values), radii_(radii), known_delay_s_(known_delay_s) {}
 
   FilledLines run() {
     for (std::size_t i = 0; i < f_.size(); ++i) {
@@ -47,13 +47,14 @@ class LineFiller {
     constexpr double kStraight = kPi / 18.0, kUnclear = 2.0 / 3.0 * kPi, kMost = 0.999 * kPi;
     const auto low = values_[i - 1], high = values_[i];
     if (!(std::abs(low) > 0.0) || !(std::abs(high) > 0.0)) return;
-    const double turn = std::arg(high * std::conj(low));
+    const double by_delay = kTwoPi * (f_[i] - f_[i - 1]) * known_delay_s_;
+    const double turn = std::arg(high * std::conj(low) * std::polar(1.0, by_delay));
     if (std::abs(turn) < kStraight) return;
     double fall = -turn;
     if (std::abs(turn) > kUnclear) fall = is_peak(i) ? (turn > 0.0 ? kTwoPi - turn : -turn) : -std::abs(turn);
     const double sure = std::min(fall - unsure(i - 1) - unsure(i), kMost);
     if (sure > kStraight)
-      add_arc(i, sure, fall);
+      add_arc(i, sure, fall + by_delay);
     else
       add_chord(i);
   }
@@ -91,14 +92,16 @@ class LineFiller {
   std::span<const double> f_;
   std::span<const std::complex<double>> values_;
   std::span<const double> radii_;
+  double known_delay_s_;
   FilledLines filled_;
 };
 
 }  // namespace
 
 FilledLines between_lines(std::span<const double> frequencies_hz,
-                          std::span<const std::complex<double>> values, std::span<const double> radii) {
-  return LineFiller(frequencies_hz, values, radii).run();
+                          std::span<const std::complex<double>> values, std::span<const double> radii,
+                          double known_delay_s) {
+  return LineFiller(frequencies_hz, values, radii, known_delay_s).run();
 }
 
 }  // namespace resonid::design

@@ -38,7 +38,8 @@ class DiskSearch {
         transfers_(bounded_transfers(bounds)),
         whole_(std::move(whole)),
         filter_beyond_(filter_beyond) {
-    auto filled = between_lines(response.frequencies_hz, response.centres, response.radii);
+    auto filled =
+        between_lines(response.frequencies_hz, response.centres, response.radii, response.known_delay_s);
     const std::vector<Complex> filter = filter_at(filled.frequencies_hz);
     for (std::size_t i = 0; i < filter.size(); ++i) {
       const double f = filled.frequencies_hz[i];

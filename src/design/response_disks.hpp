@@ -22,6 +22,7 @@ struct ResponseDisks {
   std::vector<std::complex<double>> centres;  ///< Torque to velocity, every delay inside.
   std::vector<double> radii;
   double sample_time_s = 0.0;
+  double known_delay_s = 0.0;  ///< Which is inside of them: no mode makes that turn.
 };
 
 /// The disks that hold the truth on *all* lines with a probability of at least `confidence`: each errs with

@@ -72,9 +72,10 @@ struct LinesOfPlant {
   design::FilledLines filled;
   std::vector<double> stds;
 
-  LinesOfPlant(const data::FrequencyResponse& plant, std::span<const double> radii)
-      : filled(design::between_lines(plant.frequency_hz, plant.value, radii)) {
-    const double part = radii.front() > 0.0 ? plant.std.front() / radii.front() : 0.0;  // one of all lines
+  LinesOfPlant(const data::FrequencyResponse& plant, const design::ResponseDisks& disks)
+      : filled(design::between_lines(plant.frequency_hz, plant.value, disks.radii, disks.known_delay_s)) {
+    const double first = disks.radii.front();
+    const double part = first > 0.0 ? plant.std.front() / first : 0.0;  // one of all lines
     for (const double radius : filled.radii) stds.push_back(part * radius);
   }
 };
@@ -316,7 +317,8 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
   const double step = 1.0 / result.record.sample_rate_hz;
   if (auto wishes = check_wishes(options); !wishes) return tl::unexpected(wishes.error());
   const auto plant = known_lines(result, options.confidence);
-  const auto disks = design::response_disks(plant, options.confidence, step);
+  auto disks = design::response_disks(plant, options.confidence, step);
+  if (disks) disks->known_delay_s = late_by(result);
   const auto refused = [&](const Error& error) {
     return refuse("results",
                   fmt::format("hold no drive model, and the response of {} {}", result.record.file,
@@ -368,7 +370,7 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
   controller.within = controller.stable && std::ranges::all_of(found->worst, [](const design::Peak& worst) {
                         return worst.value <= (1.0 + kRoom) * worst.bound;
                       });
-  const LinesOfPlant lines(plant, disks->radii);
+  const LinesOfPlant lines(plant, *disks);
   put_figures(lines, result.units, controller);
   constexpr double kActive = 0.985;
   for (const auto& worst : found->worst) {

@@ -501,6 +501,7 @@ TEST(ResponseDisks, TellNoUnstableLoopStableWhereAResonanceStandsBetweenLines) {
             {kInertia - load, load, load * w * w, 2.0 * damping * load * w}, kStep, 2.0 * kStep);
         ResponseDisks disks;
         disks.sample_time_s = kStep;
+        disks.known_delay_s = 2.0 * kStep;
         for (double f = 0.5; f <= 220.0; f *= per_line) disks.frequencies_hz.push_back(f);
         for (const auto& value : machine.response().at(disks.frequencies_hz)) {
           disks.centres.push_back(value.measured);

@@ -107,11 +107,11 @@ std::vector<double> radii_of_machine(const data::FrequencyResponse& loop,
 
 /// L at the lines and between them, by what the machine does there.
 design::FilledLines filled_loop(const data::FrequencyResponse& loop, const data::TransferFunction& controller,
-                                std::span<const double> radii) {
+                                std::span<const double> radii, double known_delay_s) {
   std::vector<std::complex<double>> machine;
   for (std::size_t i = 0; i < loop.lines(); ++i)
     machine.push_back(loop.value[i] / controller.response(loop.frequency_hz[i]));
-  auto filled = design::between_lines(loop.frequency_hz, machine, radii);
+  auto filled = design::between_lines(loop.frequency_hz, machine, radii, known_delay_s);
   for (std::size_t i = 0; i < filled.values.size(); ++i)
     filled.values[i] *= controller.response(filled.frequencies_hz[i]);
   return filled;
@@ -271,7 +271,7 @@ std::optional<Finding> inspect_planned_margins(const LoopResult& loop) {
 }
 
 std::optional<Finding> judge_by_lines(const LoopResult& loop, const data::TransferFunction& controller,
-                                      double confidence) {
+                                      double confidence, double known_delay_s) {
   constexpr double kMostTurnDeg = 90.0, kClear = 0.5;
   const auto lines = lines_away_from(lines_away_from(loop.curve, 0.0, kCriteria.margin_line), -1.0, kClear);
   if (lines.lines() < 2)
@@ -293,7 +293,7 @@ std::optional<Finding> judge_by_lines(const LoopResult& loop, const data::Transf
   const auto begin = begin_deg(lines, controller, outside->integrators);
   if (!begin) return not_judged("the controller's gain has the wrong sign");
   const auto radii = radii_of_machine(lines, controller, confidence);
-  const auto way = way_around_zero(filled_loop(lines, controller, radii), *begin);
+  const auto way = way_around_zero(filled_loop(lines, controller, radii, known_delay_s), *begin);
   if (way.largest_turn_deg > kMostTurnDeg)
     return not_judged(
         fmt::format("at {:.3g} Hz 1 + L turns by {:.0f} deg from one to the next; record longer, "
@@ -334,7 +334,8 @@ std::optional<Finding> judge_stability(const Measurement& m, const Options& plan
                                        const std::optional<LoopResult>& loop) {
   const auto* drive = std::get_if<fit::DriveModel>(&model);
   if (drive == nullptr)
-    return loop ? judge_by_lines(*loop, *planned.controller, planned.confidence) : std::nullopt;
+    return loop ? judge_by_lines(*loop, *planned.controller, planned.confidence, planned.delay_s)
+                : std::nullopt;
   fit::DriveModel real = *drive;
   real.known_delay_s =
       planned.delay_s + 0.5 * static_cast<double>(m.plan.hold.samples - 1) * real.sample_time_s;

@@ -23,7 +23,8 @@ namespace resonid::identification::detail {
 /// (docs/methods/margins.md). `controller`: the sampled one that is in the loop.
 [[nodiscard]] std::optional<diagnostics::Finding> judge_by_lines(const LoopResult& loop,
                                                                  const data::TransferFunction& controller,
-                                                                 double confidence);
+                                                                 double confidence,
+                                                                 double known_delay_s = 0.0);
 
 /// The loop with the controller that is to run, Options::planned_controller, and whether it is stable: with a
 /// drive model by the closed loop's poles, else by its lines. Where these do not tell it, margins are not
