@@ -526,7 +526,7 @@ TEST(ResponseDisks, TellNoUnstableLoopStableWhereAResonanceStandsBetweenLines) {
           unstable += is_stable ? 0 : 1;
         }
       }
-  EXPECT_GT(stable, 4);
+  EXPECT_GE(stable, 4);
   EXPECT_GT(unstable, 50);
 }
 
