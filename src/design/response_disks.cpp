@@ -11,7 +11,6 @@
 #include "design/disk_loop.hpp"
 #include "design/ends_of_lines.hpp"
 #include "design/polynomial.hpp"
-#include "linalg/decompositions.hpp"
 
 namespace resonid::design {
 namespace {
@@ -343,14 +342,9 @@ expected<ControllerPoles> poles_of(data::TransferFunction controller) {
   constexpr double kSame = 1e-6;  // a double pole is found to the root of the rounding
   ControllerPoles found;
   auto& denominator = controller.denominator;
-  const double first = denominator.front();
-  for (double& term : denominator) term /= first;
   for (; denominator.size() > 1 && data::has_root_at_one(denominator); ++found.integrators)
     data::divide_by_integrator(denominator);
-  controller.numerator = {1.0};
-  const auto states = states_of(controller);
-  if (states.a.rows() == 0) return found;
-  for (const Complex& pole : linalg::eigenvalues(states.a)) {
+  for (const Complex& pole : controller.poles()) {
     if (!(std::abs(pole) < 1.0 - kSame))
       return refuse("controller", "must be stable but for integrators, to be judged by a response",
                     std::abs(pole));
