@@ -3,19 +3,11 @@
 
 #include <functional>
 #include <identification/track/axis_setup.hpp>
+#include <identification/track/follower.hpp>
 #include <string>
 #include <vector>
 
 namespace resonid::identification::detail {
-
-inline constexpr double kUnknown = online::AxisRow::kUnknown;
-
-/// Where a row belongs.
-struct Place {
-  double time_s = 0.0;
-  double lag_s = 0.0;
-  double position_m = kUnknown;
-};
 
 /// Takes the rows: hands every one to the options' sinks, and keeps those that Track holds.
 class Rows {

@@ -7,9 +7,9 @@
 #include <identification/identify/prepare/units.hpp>
 #include <identification/track/axis_setup.hpp>
 #include <identification/track/findings.hpp>
+#include <identification/track/follower.hpp>
 #include <identification/track/loop_curves.hpp>
 #include <identification/track/rows.hpp>
-#include <identification/track/stiffness_drift.hpp>
 #include <resonid/diagnostics/detail/data_findings.hpp>
 
 namespace resonid::identification {
@@ -39,49 +39,15 @@ void append(data::Record& to, const data::Record& from, std::size_t first, std::
   }
 }
 
-/// The newest positions, since rows tell the one of a time that has gone.
-class Positions {
- public:
-  void step(double x) {
-    if (past_.size() < kKept)
-      past_.push_back(x);
-    else
-      past_[samples_ % kKept] = x;
-    ++samples_;
-  }
-  /// Between samples; the oldest known one before it, not a number without any.
-  [[nodiscard]] double at(double sample) const {
-    if (past_.empty()) return kUnknown;
-    const double oldest = static_cast<double>(samples_ - past_.size());
-    const double place = std::clamp(sample, oldest, static_cast<double>(samples_ - 1));
-    const auto below = static_cast<std::size_t>(place);
-    const double x = past_[below % kKept];
-    const double part = place - static_cast<double>(below);
-    return part > 0.0 ? x + part * (past_[(below + 1) % kKept] - x) : x;
-  }
-
- private:
-  static constexpr std::size_t kKept = std::size_t{1} << 16U;
-  std::vector<double> past_;
-  std::size_t samples_ = 0;
-};
-
-/// The engine with all that looks at it, from the sample on where learning was over.
+/// The follower with all that looks at its rows.
 class Run {
  public:
   Run(const data::Record& stretch, const TrackOptions& options, detail::TrackPlan plan,
       std::unique_ptr<detail::AxisSetup> setup, detail::AxisPointer axis, Track& track)
       : options_(options),
-        plan_(std::move(plan)),
-        setup_(std::move(setup)),
-        axis_(std::move(axis)),
-        rate_hz_(stretch.sample_rate_hz),
-        start_time_s_(stretch.start_time_s),
-        drift_(rate_hz_),
-        follows_position_(detail::drift_follows_position(stretch, options, plan_)),
-        drift_per_s_(setup_->config.physical.stiffness_drift_per_s),
-        curves_(options, plan_, *setup_),
-        rows_(stretch, options, *setup_, *axis_, track),
+        follower_(stretch, options, std::move(plan), std::move(setup), std::move(axis)),
+        curves_(options, follower_.plan(), follower_.setup()),
+        rows_(stretch, options, follower_.setup(), follower_.axis(), track),
         track_(track) {
     track.baseline_loop = curves_.baseline();
   }
@@ -90,67 +56,38 @@ class Run {
   std::optional<Error> step(const data::Record& samples, std::size_t first, std::size_t last, bool speaks) {
     for (std::size_t k = first; k < last; ++k) {
       const double ru = samples.excitation.present() ? samples.excitation.samples[k] : 0.0;
-      if (samples.position.present()) look_at(samples.position.samples[k], speaks);
-      const bool due = axis_->step({ru, samples.input.samples[k], samples.output.samples[k]});
-      if (!speaks || !due) continue;
+      const double position = samples.position.present() ? samples.position.samples[k] : kUnknown;
+      if (!follower_.step({ru, samples.input.samples[k], samples.output.samples[k]}, position, speaks))
+        continue;
       if (options_.kept_rows == 0 && (track_.rows + 1) * rows_.values_per_row() > detail::kMostValues)
         return Error{"every", fmt::format("more than {} rows of {} values are too many to be kept at once",
                                           track_.rows, rows_.values_per_row())};
-      add_row();
+      controller_.add(follower_.axis().row());
+      rows_.add(follower_.axis(), follower_.place());
+      curves_.add(follower_.axis(), follower_.place().time_s);
     }
-    if (!speaks) learned_ = axis_->result().counts;
     return std::nullopt;
   }
 
   void finish() {
-    const auto counts = detail::since(axis_->result().counts, learned_);
-    auto findings = detail::run_findings(*axis_, counts, controller_, plan_, *setup_, start_time_s_);
+    const auto& axis = follower_.axis();
+    const auto counts = follower_.counts();
+    auto findings = detail::run_findings(axis, counts, controller_, follower_.plan(), follower_.setup(),
+                                         follower_.start_time_s());
     std::move(findings.begin(), findings.end(), std::back_inserter(track_.findings));
     track_.shares = detail::shares_of(counts);
     if (rows_.doubtful()) track_.shares.all = 0.0;
-    track_.loop = curves_.take(*axis_);
-    if (axis_->result().changed) track_.change = axis_->result().change;
+    track_.loop = curves_.take(axis);
+    if (axis.result().changed) track_.change = axis.result().change;
   }
 
  private:
-  /// The drift to reckon with follows the positions, by steps that make a difference.
-  void look_at(double position, bool speaks) {
-    positions_.step(position);
-    drift_.step(position);
-    constexpr double kStep = 1.1;
-    const double now = drift_.per_s();
-    if (!speaks || !follows_position_ || (now < kStep * drift_per_s_ && drift_per_s_ < kStep * now)) return;
-    drift_per_s_ = now;
-    axis_->set_stiffness_drift(now);
-  }
-
-  void add_row() {
-    const auto& row = axis_->row();
-    const double lag = std::max(0.0, row.lag_samples);
-    const double described =
-        static_cast<double>(row.sample) - (options_.raw_time || !std::isfinite(lag) ? 0.0 : lag);
-    // A lag that grows by more than a sample a sample must not turn time back.
-    newest_time_s_ = std::max(newest_time_s_, start_time_s_ + described / rate_hz_);
-    controller_.add(row);
-    rows_.add(*axis_, {newest_time_s_, lag / rate_hz_, positions_.at(described)});
-    curves_.add(*axis_, newest_time_s_);
-  }
-
   const TrackOptions& options_;
-  detail::TrackPlan plan_;
-  std::unique_ptr<detail::AxisSetup> setup_;
-  detail::AxisPointer axis_;
-  online::AxisCounts learned_{};  // rows that were not handed out
+  detail::Follower follower_;
   detail::ControllerRows controller_;
-  double rate_hz_, start_time_s_;
-  Positions positions_;
-  detail::StiffnessDrift drift_;
-  bool follows_position_;
-  double drift_per_s_;
   detail::LoopCurves curves_;
   detail::Rows rows_;
   Track& track_;
-  double newest_time_s_ = -std::numeric_limits<double>::infinity();
 };
 
 std::optional<Error> check(const data::Record& head, const TrackOptions& options) {
