@@ -87,9 +87,10 @@ void set_physical(const data::Record& stretch, const TrackOptions& options, cons
   if (setup.config.coulomb_friction) p.coulomb_friction_nm.std = kFrictionShare * largest;
   p.torque_offset_std_nm = largest;
   p.torque_offset_drift_nm_rt_s = 0.002 * largest;
+  p.memory_s = options.memory_s;
   p.at_best_known_time = true;  // rows tell the time that they describe
   p.stiffness_drift_per_s = first_drift(stretch, options, plan);
-  setup.memory_s = kPeriodsOfPhysical / drive.resonance().value;
+  setup.memory_s = options.memory_s > 0.0 ? options.memory_s : kPeriodsOfPhysical / drive.resonance().value;
 }
 
 void set_discrete(const data::Record& stretch, const TrackOptions& options, const TrackPlan& plan,

@@ -82,10 +82,6 @@ double delay_of(const TrackOptions& options, const TrackPlan& plan) {
 
 std::optional<Error> contradiction(const data::Record& record, const TrackOptions& options, TrackMethod m) {
   const auto name = name_of(m);
-  if (m == TrackMethod::physical && options.memory_s > 0.0)
-    return Error{
-        "memory_s",
-        "physical forgets by the rate at which the stiffness may change, not by a memory: leave it out"};
   if (options.forgetting != online::Forgetting::constant && !is_recursion(m))
     return Error{"forgetting",
                  fmt::format("is a choice of arx, oe, rpem, cloe, f-cloe and d-cloe, found {}", name)};

@@ -111,6 +111,8 @@ class PhysicalTracker {
   [[nodiscard]] std::uint64_t samples() const noexcept { return samples_; }  ///< Missing ones included.
   [[nodiscard]] std::uint64_t skipped_samples() const noexcept { return skipped_; }
   [[nodiscard]] std::uint64_t replays() const noexcept { return replays_; }  ///< Taken over so far.
+  /// Jumps of the load's torque that were seen so far.
+  [[nodiscard]] std::uint64_t load_jumps() const noexcept { return run_.load_jumps; }
 
   /// For a state of unknown origin (base/detail/intact.hpp).
   [[nodiscard]] bool intact() const noexcept {
@@ -149,6 +151,10 @@ class PhysicalTracker {
   void advance(Run& run, Scalar previous_u, Scalar u, Scalar y, bool u_known) noexcept;
   void limit_variances(Run& run) noexcept;
   void set_drift_noise(double per_s) noexcept;
+  /// The machine may be another one than at the record's start.
+  [[nodiscard]] bool changes() const noexcept {
+    return config_.stiffness_drift_per_s > 0.0 || config_.memory_s > 0.0;
+  }
   [[nodiscard]] TrendWatch trend_watch() const noexcept;
   [[nodiscard]] double best_known_age_s() const noexcept;
   [[nodiscard]] double told_age_s() const noexcept;

@@ -252,6 +252,64 @@ TEST(PhysicalTracker, NeedsTheOffsetStateWhereThereIsALoad) {
   EXPECT_GT(std::abs(deaf->value(P::stiffness) - kBelt.stiffness), 5.0);
 }
 
+TEST(PhysicalTracker, TakesNoJumpOfTheLoadForAnotherMachine) {
+  // Jumps of a tenth of the excitation to twice as much, 4 s apart.
+  for (const double memory_s : {0.0, 2.0}) {
+    auto c = near_belt();
+    c.memory_s = memory_s;
+    const auto tracker = make(c);
+    Machine machine(kBelt);
+    machine.spin(10.0);
+    std::mt19937_64 generator(21);
+    std::normal_distribution<double> normal;
+    double y = 10.0, farthest = 0.0;
+    constexpr std::size_t kSamples = 60000, kBetween = 2000;
+    for (std::size_t k = 0; k < kSamples; ++k) {
+      if (k % kBetween == 0 && k > 0) machine.load = 2.0 * normal(generator);
+      const double u = ((generator() & 1U) != 0 ? 1.0 : -1.0) - 0.2 * (y - 10.0);
+      tracker->step(0.0, u, y);
+      y = machine.step(u) + 0.05 * normal(generator);
+      if (k < kBetween) continue;
+      for (const auto& [p, truth] : {std::pair{P::driven_inertia, kBelt.driven_inertia},
+                                     {P::load_inertia, kBelt.load_inertia},
+                                     {P::stiffness, kBelt.stiffness}})
+        farthest = std::max(farthest, std::abs(tracker->value(p) - truth) / tracker->standard_deviation(p));
+    }
+    // Over so many samples 4.5 is usual; a filter that takes a jump for a parameter is off by hundreds.
+    EXPECT_LT(farthest, 6.0) << memory_s;
+    EXPECT_GE(tracker->load_jumps(), 25U) << memory_s;
+    EXPECT_LE(tracker->load_jumps(), kSamples / kBetween) << memory_s;
+    EXPECT_NEAR(tracker->value(P::torque_offset), machine.load, 0.05) << memory_s;
+  }
+}
+
+TEST(PhysicalTracker, SeesNoJumpWhereThereIsNone) {
+  const auto tracker = make(near_belt());
+  run(*tracker, excited(Machine(kBelt), 200000, 0.05, 17));
+  EXPECT_EQ(tracker->load_jumps(), 0U);
+}
+
+TEST(PhysicalTracker, RemembersForAsLongAsItIsTold) {
+  auto c = near_belt();
+  c.memory_s = 2.0;
+  const auto tracker = make(c), constant = make(near_belt());
+  const auto s = excited(Machine(kBelt), 10000, 0.05, 23);
+  run(*tracker, s);
+  // Weights exp(-age/memory) sum up to the memory.
+  constexpr std::size_t kMemory = 1000;
+  for (std::size_t k = 0; k < kMemory; ++k) constant->step(0.0, s.u[k], s.y[k]);
+  for (const P p : {P::driven_inertia, P::load_inertia, P::stiffness, P::damping})
+    EXPECT_NEAR(tracker->standard_deviation(p) / constant->standard_deviation(p), 1.0, 0.2)
+        << static_cast<int>(p);
+
+  // The same tracker over another load: 5 memories later it is the new one that it tells.
+  auto loaded = kBelt;
+  loaded.load_inertia *= 1.2;
+  run(*tracker, excited(Machine(loaded), 5000, 0.05, 24));
+  expect_within(*tracker, P::load_inertia, loaded.load_inertia, 3.5, 0.001);
+  expect_within(*tracker, P::stiffness, kBelt.stiffness, 3.5, 2.0);
+}
+
 TEST(PhysicalTracker, MissingSamplesDoNotPoison) {
   auto s = excited(Machine(kBelt), 8000, 0.1, 9);
   std::mt19937_64 generator(1);
@@ -361,6 +419,7 @@ TEST(PhysicalTracker, RefusesWhatCannotWork) {
   EXPECT_EQ(field([](C& c) { c.stiffness.relative_std = kNaN; }), "stiffness");
   EXPECT_EQ(field([](C& c) { c.noise_rms = -0.1; }), "noise_rms");
   EXPECT_EQ(field([](C& c) { c.stiffness_drift_per_s = -1.0; }), "stiffness_drift_per_s");
+  EXPECT_EQ(field([](C& c) { c.memory_s = -1.0; }), "memory_s");
   EXPECT_EQ(field([](C& c) { c.start_velocity_std = 0.0; }), "start_velocity_std");
   EXPECT_EQ(field([](C& c) { c.refresh_samples = 0; }), "refresh_samples");
 }

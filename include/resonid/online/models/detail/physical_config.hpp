@@ -48,6 +48,10 @@ struct PhysicalTrackerConfig {
   /// that is less: D then follows at half the rate of K, as it does at a constant damping ratio.
   double damping_drift_per_rt_s = 0.1;
 
+  /// Memory of all parameters, s: samples count by exp(-age/memory), as long as the machine moves enough to
+  /// tell of them. 0: inertias and friction stay, stiffness and damping as told above.
+  double memory_s = 0.0;
+
   double noise_rms = 0.0;              ///< White noise of the output; 0: estimated from the innovations.
   double noise_memory_s = 0.0;         ///< Memory of that estimate; 0: all samples.
   double start_velocity_std = 1.0;     ///< Both velocities and the scaled twist about the first output, > 0.
@@ -86,6 +90,7 @@ struct PhysicalTrackerConfig {
                       {c.torque_offset_drift_nm_rt_s, "torque_offset_drift_nm_rt_s"},
                       {c.stiffness_drift_per_s, "stiffness_drift_per_s"},
                       {c.damping_drift_per_rt_s, "damping_drift_per_rt_s"},
+                      {c.memory_s, "memory_s"},
                       {c.noise_rms, "noise_rms"},
                       {c.noise_memory_s, "noise_memory_s"},
                       {c.plant_noise_variance, "plant_noise_variance"}};

@@ -35,6 +35,8 @@ struct PhysicalNoise {
   Real rate_variance{};        ///< Process noise of the rate, per sample.
   Real rate_memory = Real(1);  ///< What of the rate is left after a sample.
   Real offset_variance{};      ///< Process noise of the torque offset, per sample.
+  Real forgetting{};  ///< What the covariance of ln J1 ... ln D and of friction gains per sample, as a part
+                      ///< of itself.
 };
 
 /// Extended Kalman filter of a two-mass drive's states and parameters together; the engine of
@@ -101,6 +103,7 @@ class PhysicalFilter {
     for (std::size_t i = 0; i < kX; ++i) next[i] = normal(deviated(zoh_, gradient_, i, u, sign));
     propagate_covariance(extra_torque_variance);
     p_[kTorqueOffset][kTorqueOffset] += setup_.noise.offset_variance;
+    if (adaptive_noise > Real(0) && setup_.noise.forgetting > Real(0)) forget(setup_.noise.forgetting);
     if (frozen_)
       for (std::size_t i = 0; i < kX; ++i) along_[i] = reference_[i];
     if (adaptive_noise > Real(0) && setup_.noise.rate_variance > Real(0)) {
@@ -119,6 +122,8 @@ class PhysicalFilter {
       p_[i][i] = setup_.deviation[i] * setup_.deviation[i];
     }
     p_[kTorqueOffset][kTorqueOffset] += samples * setup_.noise.offset_variance;
+    if (adaptive_noise > Real(0) && setup_.noise.forgetting > Real(0))
+      forget(samples * setup_.noise.forgetting);
     if (!(adaptive_noise > Real(0)) || !(setup_.noise.rate_variance > Real(0))) return;
     const Real time = samples * setup_.sample_time_s;
     p_[kLogStiffness][kLogStiffness] += time * time * p_[kStiffnessRate][kStiffnessRate];
@@ -134,6 +139,24 @@ class PhysicalFilter {
     state_[kStiffnessRate] = Real(0);
     if (estimated_ != kN) estimated_ = drifts ? kWithoutFriction : kWithoutRate;
   }
+  /// What is known at one sample.
+  struct Known {
+    Vector state{};
+    Matrix covariance{};
+  };
+  [[nodiscard]] Known known() const noexcept { return {state_, p_}; }
+  /// The load has jumped since `before`: of the parameters that holds which was known then, of the plant's
+  /// states and the torque offset nothing but what is measured.
+  void load_jumped(const Known& before, Real velocity) noexcept {
+    for (std::size_t i = kX; i < kN; ++i) state_[i] = before.state[i];
+    p_ = before.covariance;
+    for (const std::size_t i : {kDrivenVelocity, kLoadVelocity, kScaledTwist, kTorqueOffset}) {
+      for (std::size_t j = 0; j < kN; ++j) p_[i][j] = p_[j][i] = Real(0);
+      p_[i][i] = setup_.deviation[i] * setup_.deviation[i];
+    }
+    state_[kDrivenVelocity] = state_[kLoadVelocity] = velocity;
+  }
+  [[nodiscard]] bool frozen() const noexcept { return frozen_; }
   /// As at the start: the machine turns at what is measured, without twist.
   void resume(Real velocity) noexcept {
     state_[kDrivenVelocity] = state_[kLoadVelocity] = velocity;
@@ -291,6 +314,13 @@ class PhysicalFilter {
       propagate<kWithoutFriction>(extra_torque_variance);
     else
       propagate<kN>(extra_torque_variance);
+  }
+
+  void forget(Real part) noexcept {
+    const auto forgets = [](std::size_t i) { return i != kTorqueOffset && i != kStiffnessRate; };
+    for (std::size_t i = kX; i < kN; ++i)
+      for (std::size_t j = kX; j < kN; ++j)
+        if (forgets(i) && forgets(j)) p_[i][j] += part * p_[i][j];
   }
 
   void drift(Real adaptive_noise) noexcept {

@@ -98,10 +98,43 @@ class TrendWatch {
   double adaptive_noise_ = 1.0;
 };
 
+/// Tells from the innovations that the load's torque has jumped, which the filter would take for other
+/// inertias: CUSUM of z^2 = e^2/s,
+///
+///   g <- max(0, g + min(z^2, 16) - 3.5)        jumped: g > 45
+///
+/// which white innovations reach once in 1e9 samples, a change of a parameter hardly ever, a spike never. At
+/// most three jumps in a row: what does not end is another machine, to be followed.
+class LoadWatch {
+ public:
+  /// True where the load has jumped.
+  bool see(double z_square) noexcept {
+    if (jumps_ > 0 && ++since_ >= kRefill) {
+      since_ = 0;
+      --jumps_;
+    }
+    surprise_ = std::max(0.0, surprise_ + std::min(z_square, kMost) - kUsual);
+    if (surprise_ <= kLimit || jumps_ >= kInRow) return false;
+    surprise_ = 0.0;
+    ++jumps_;
+    since_ = 0;
+    return true;
+  }
+  void reset() noexcept { surprise_ = 0.0; }
+  [[nodiscard]] bool calm() const noexcept { return !(surprise_ > 0.0); }
+
+ private:
+  static constexpr double kUsual = 3.5, kMost = 16.0, kLimit = 45.0;
+  static constexpr std::uint32_t kInRow = 3, kRefill = 250;  // samples without one
+  double surprise_ = 0.0;
+  std::uint32_t jumps_ = 0, since_ = 0;
+};
+
 /// A filter on its way through the samples, with its noise and its likelihood.
 ///
 /// An output far from what a filter expects that was right so far is an outlier (a spike of the encoder) and
-/// is left out; several in a row are the machine.
+/// is left out; several in a row are the machine. Where the load jumps, what was learned from it so far is
+/// taken back.
 template <class Real>
 struct PhysicalRun {
   PhysicalFilter<Real> filter;
@@ -112,6 +145,16 @@ struct PhysicalRun {
   double nis = 1.0;           ///< Mean of e^2/s over the last samples: 1 when all is well.
   std::uint64_t outputs = 0;  ///< Taken in.
   std::uint32_t outliers_in_row = 0;
+  LoadWatch load;
+  struct Calm {
+    typename PhysicalFilter<Real>::Known filter{};
+    NoiseEstimate<Real> noise{};
+    double nis = 1.0;
+  };
+  Calm older{}, newer{};
+  std::uint32_t since_newer = 0, remembered = 0;
+  std::uint64_t load_jumps = 0;
+  static constexpr std::uint32_t kBetween = 16;  // samples from `older` to `newer`, at least
   static constexpr double kNisGain = 0.005;
   static constexpr double kCalm = 2.0;                 // of nis: the filter was right so far
   static constexpr std::uint64_t kLeastOutputs = 200;  // outputs from which on that can be said
@@ -125,19 +168,48 @@ struct PhysicalRun {
     noise.see(y);
     if (!noise.usable()) return;
     const bool consistent = outputs >= kLeastOutputs && nis < kCalm && outliers_in_row < kOutliersInRow;
-    if (!filter.update(y, u, noise_inflation * noise.variance(), consistent ? kOutlier : kAbsurd)) {
+    const bool taken =
+        filter.update(y, u, noise_inflation * noise.variance(), consistent ? kOutlier : kAbsurd);
+    const Real e = filter.innovation();
+    const Real s = filter.innovation_variance();
+    const double ratio = static_cast<double>(e) * static_cast<double>(e) / static_cast<double>(s);
+    if (jumped(ratio)) {
+      filter.load_jumped(older.filter, y);
+      noise = older.noise;
+      nis = older.nis;
+      newer = older;
+      since_newer = outliers_in_row = 0;
+      ++load_jumps;
+      return;
+    }
+    if (!taken) {
       ++outliers_in_row;
       return;
     }
     outliers_in_row = 0;
-    const Real e = filter.innovation();
-    const Real s = filter.innovation_variance();
     if (noise_inflation == Real(1)) noise.learn(e, s);
-    const double ratio = static_cast<double>(e) * static_cast<double>(e) / static_cast<double>(s);
     misfit += ratio + std::log(static_cast<double>(s));
     nis += kNisGain * (ratio - nis);
     ++outputs;
     trend.see(static_cast<double>(filter.stiffness_gain()), static_cast<double>(e), static_cast<double>(s));
+  }
+
+ private:
+  [[nodiscard]] bool jumped(double z_square) noexcept {
+    const bool watches = load.calm() ? outputs >= kLeastOutputs && nis < kCalm : true;
+    if (filter.frozen() || !watches || !std::isfinite(z_square)) {
+      load.reset();
+      since_newer = remembered = 0;
+      return false;
+    }
+    if (load.see(z_square)) return remembered >= 2;
+    if (load.calm() && ++since_newer >= kBetween) {
+      older = newer;
+      newer = {filter.known(), noise, nis};
+      since_newer = 0;
+      remembered = std::min(remembered + 1, 2U);
+    }
+    return false;
   }
 };
 

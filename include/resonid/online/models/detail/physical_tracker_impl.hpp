@@ -27,6 +27,7 @@ PhysicalTracker<Real, ReplaySamples>::PhysicalTracker(const PhysicalTrackerConfi
       c.torque_offset_std_nm > 0.0
           ? static_cast<Real>(c.torque_offset_drift_nm_rt_s * c.torque_offset_drift_nm_rt_s * ts)
           : Real(0);
+  noise.forgetting = c.memory_s > 0.0 ? static_cast<Real>(ts / c.memory_s) : Real(0);
   const auto set = [this](PhysicalParameter p, double value, double deviation) {
     setup_.state[state_of(p)] = static_cast<Real>(value);
     setup_.deviation[state_of(p)] = static_cast<Real>(deviation);
@@ -164,13 +165,16 @@ void PhysicalTracker<Real, ReplaySamples>::advance(Run& run, Scalar previous_u, 
 
 template <class Real, std::size_t ReplaySamples>
 void PhysicalTracker<Real, ReplaySamples>::limit_variances(Run& run) noexcept {
-  if (config_.stiffness_drift_per_s > 0.0) {
-    const auto limit = [&](std::size_t i, Real least) {
-      run.filter.limit_variance(i, std::max(setup_.deviation[i] * setup_.deviation[i], least));
-    };
+  const auto limit = [&](std::size_t i, Real least) {
+    run.filter.limit_variance(i, std::max(setup_.deviation[i] * setup_.deviation[i], least));
+  };
+  if (changes()) {
     limit(kLogStiffness, Real(0.25));
     limit(kLogDamping, Real(0.25));
   }
+  if (config_.memory_s > 0.0)
+    for (const std::size_t i : {kLogDrivenInertia, kLogLoadInertia, kViscousFriction, kCoulombFriction})
+      limit(i, Real(0));
   if (config_.torque_offset_std_nm > 0.0)
     run.filter.limit_variance(kTorqueOffset,
                               setup_.deviation[kTorqueOffset] * setup_.deviation[kTorqueOffset]);
@@ -190,7 +194,7 @@ void PhysicalTracker<Real, ReplaySamples>::watch_excitation() noexcept {
 template <class Real, std::size_t ReplaySamples>
 void PhysicalTracker<Real, ReplaySamples>::remember(Scalar previous_u, Scalar u, Scalar y) noexcept {
   if constexpr (kReplays) {
-    if (memory_full_ || config_.replay_speed == 0 || config_.stiffness_drift_per_s > 0.0) return;
+    if (memory_full_ || config_.replay_speed == 0 || changes()) return;
     if (remembered_ == ReplaySamples) {
       memory_full_ = true;
       replaying_ = false;
