@@ -113,20 +113,20 @@ class LoadWatch {
       since_ = 0;
       --jumps_;
     }
-    surprise_ = std::max(0.0, surprise_ + std::min(z_square, kMost) - kUsual);
-    if (surprise_ <= kLimit || jumps_ >= kInRow) return false;
-    surprise_ = 0.0;
+    cusum_ = std::max(0.0, cusum_ + std::min(z_square, kMost) - kUsual);
+    if (cusum_ <= kLimit || jumps_ >= kInRow) return false;
+    cusum_ = 0.0;
     ++jumps_;
     since_ = 0;
     return true;
   }
-  void reset() noexcept { surprise_ = 0.0; }
-  [[nodiscard]] bool calm() const noexcept { return !(surprise_ > 0.0); }
+  void reset() noexcept { cusum_ = 0.0; }
+  [[nodiscard]] bool calm() const noexcept { return !(cusum_ > 0.0); }
 
  private:
   static constexpr double kUsual = 3.5, kMost = 16.0, kLimit = 45.0;
   static constexpr std::uint32_t kInRow = 3, kRefill = 250;  // samples without one
-  double surprise_ = 0.0;
+  double cusum_ = 0.0;
   std::uint32_t jumps_ = 0, since_ = 0;
 };
 
