@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <monitoring/alarm_id.hpp>
+#include <resonid/base/enum_names.hpp>
+#include <span>
+
+namespace resonid::monitoring {
+
+/// What people do to an axis or to one of its alarms.
+enum class ActionKind : std::uint8_t {
+  acknowledge,   ///< An alarm: seen.
+  shelve,        ///< An alarm, until a sample: not now.
+  shelve_once,   ///< An alarm, until it has cleared.
+  unshelve,      ///< An alarm.
+  reset,         ///< A latched alarm that has cleared: dealt with.
+  suppress,      ///< An alarm, until it is no longer suppressed.
+  unsuppress,    ///< An alarm.
+  maintenance,   ///< The axis, until a sample; one that has passed ends it.
+  set_baseline,  ///< The axis: what is now is how it should be.
+  relearn,       ///< The axis: everything anew.
+};
+inline constexpr EnumName<ActionKind> kActionKindNames[] = {{ActionKind::acknowledge, "acknowledge"},
+                                                            {ActionKind::shelve, "shelve"},
+                                                            {ActionKind::shelve_once, "shelve-once"},
+                                                            {ActionKind::unshelve, "unshelve"},
+                                                            {ActionKind::reset, "reset"},
+                                                            {ActionKind::suppress, "suppress"},
+                                                            {ActionKind::unsuppress, "unsuppress"},
+                                                            {ActionKind::maintenance, "maintenance"},
+                                                            {ActionKind::set_baseline, "baseline"},
+                                                            {ActionKind::relearn, "relearn"}};
+[[nodiscard]] constexpr std::span<const EnumName<ActionKind>> enum_names(ActionKind) noexcept {
+  return kActionKindNames;
+}
+
+/// An action as an input: at which sample it counts. Who did it and why stands in the audit trail.
+struct Action {
+  std::uint64_t sample = 0;
+  ActionKind kind = ActionKind::acknowledge;
+  AlarmId alarm{};                 ///< Where it is about one.
+  std::uint64_t until_sample = 0;  ///< shelve, maintenance.
+};
+
+}  // namespace resonid::monitoring
