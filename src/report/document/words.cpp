@@ -8,20 +8,6 @@
 
 namespace resonid::report {
 
-std::string with_error(double value, double half_width) {
-  if (!(half_width > 0.0) || !std::isfinite(half_width)) return fmt::format("{:.5g}", value);
-  constexpr double kWhole = 1e5;  // what is smaller is written out
-  int decimals = 1 - static_cast<int>(std::floor(std::log10(half_width)));
-  if (half_width < kWhole) decimals = std::max(decimals, 0);
-  if (decimals < 0 || decimals > 8 || std::abs(value) < 1e-3 || std::abs(value) >= 1e5) {
-    constexpr int kMostDigits = 8;  // what is known better than that is a bound of the fit, not a figure
-    const int digits = std::clamp(2 + static_cast<int>(std::floor(std::log10(std::abs(value) / half_width))),
-                                  2, kMostDigits);
-    return fmt::format("{:.{}g} +- {:.2g}", value, digits, half_width);
-  }
-  return fmt::format("{:.{}f} +- {:.{}f}", value, decimals, half_width, decimals);
-}
-
 std::string interval_text(double low, double high) {
   const double half = 0.5 * std::abs(high - low);
   if (half > 0.0 && std::isfinite(half)) {

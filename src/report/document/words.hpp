@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <resonid/base/detail/number_text.hpp>
 #include <resonid/base/detail/statistics.hpp>
 #include <resonid/identification/result.hpp>
 #include <resonid/report/detail/typography.hpp>
@@ -10,9 +11,6 @@
 
 // Words and parts that the results of several verbs share.
 namespace resonid::report {
-
-/// "15.106 +- 0.031": as many decimals as the uncertainty has two digits.
-[[nodiscard]] std::string with_error(double value, double half_width);
 
 /// "15.075 ... 15.137": as many decimals as half the distance has two digits.
 [[nodiscard]] std::string interval_text(double low, double high);
