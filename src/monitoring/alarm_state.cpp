@@ -61,18 +61,13 @@ Transitions Alarm::step(const AlarmRules& rules, std::uint64_t sample, Condition
 }
 
 void Alarm::disable(Transitions& out) noexcept {
-  if (state_.active) {
-    state_.active = false;
-    state_.cleared_sample = sample_;
-    out.add(Transition::cleared, state_);
-  }
-  const bool rest = state_.of_interest();
+  const bool ends = state_.of_interest();
   const std::uint64_t now = sample_;
   const std::uint8_t suppressed = state_.suppressed;
   *this = Alarm{};
   sample_ = now;
   state_.suppressed = suppressed;
-  if (rest) out.add(Transition::reset, state_);
+  if (ends) out.add(Transition::reset, state_);
 }
 
 void Alarm::follow(const AlarmRules& rules, std::uint64_t sample, Condition condition,

@@ -93,7 +93,7 @@ enum class Transition : std::uint8_t {
   cleared,
   latched,  ///< Right after `cleared`.
   acknowledged,
-  reset,
+  reset,  ///< By a person, or as the alarm is no longer enabled.
   realarmed,
   shelved,
   unshelved,

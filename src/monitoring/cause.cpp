@@ -258,7 +258,7 @@ class Hypotheses {
     h.moves(Watched::driven_inertia, 1.0).leaves_free(kLoop);
     // Where the inertias are not known, its size is that of the resonance.
     h.moves(Watched::resonance, std::isnan(share_) ? -0.5 : -0.5 * (1.0 - share_));
-    Hypothesis& scale = add(Cause::input_scale, 0.3);
+    Hypothesis& scale = add(Cause::input_scale, 0.3, 0.3);  // rare
     scale.either_way = true;
     for (const Watched w : {Watched::stiffness, Watched::driven_inertia, Watched::load_inertia,
                             Watched::damping, Watched::coulomb_friction})

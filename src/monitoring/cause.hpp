@@ -76,12 +76,12 @@ struct LikelyCause {
 ///   p(y) = 2 N(y; 0, S + F + tau^2 d d') Phi(m/v),   t | y ~ N(m, v^2) before its sign is known
 ///
 /// summed over three scales of tau and F, as much or little may have happened; weights are these times equal
-/// priors of the causes. A cause that leaves more unexplained than one of a hundred would (chi-square of
-/// y - d t) is out; so `unknown` is what remains where no direction fits, and where the
-/// shifts are within their noise. Limits: two causes at once are unknown or, where one of them hides in the
-/// noise, the other; the standard deviations must be honest (1.5 times too small ones end in
-/// `unknown` more often); stiffness, inertias and frequencies depend on each other, which is allowed for by
-/// their number only.
+/// priors of the causes, of `input_scale` and of anything at all lower ones. A cause that leaves more
+/// unexplained than one of a hundred would (chi-square of y - d t) is out; so `unknown` is what remains where
+/// no direction fits, and where the shifts are within their noise. Limits: two causes at once are unknown or,
+/// where one of them hides in the noise, the other; the standard deviations must be honest (1.5 times too
+/// small ones end in `unknown` more often); stiffness, inertias and frequencies depend on each other, which
+/// is allowed for by their number only.
 [[nodiscard]] LikelyCause likely_cause(const std::array<FigureShift, kWatched>& shifts) noexcept;
 
 }  // namespace resonid::monitoring
