@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <monitoring/alarm_settings.hpp>
+#include <resonid/data/record.hpp>
+#include <resonid/identification/track.hpp>
+#include <string>
+
+namespace resonid::monitoring {
+
+/// What is known of an axis before its first sample.
+struct AxisSpec {
+  std::string name;
+  double sample_rate_hz = 0.0;  ///< > 0
+  data::Motion motion = data::Motion::rotary;
+  data::OutputQuantity output_quantity = data::OutputQuantity::velocity;
+  bool has_excitation = true;  ///< Samples hold the excitation.
+  bool has_position = false;   ///< They hold the machine's position.
+  /// Units of the samples once they are scaled; empty: SI for `motion` and `output_quantity`.
+  std::string input_unit, output_unit;
+  double input_scale = 1.0;   ///< Of excitation and input, not 0; negative: their sign is turned round.
+  double output_scale = 1.0;  ///< Of the output, likewise.
+  double position_scale = 1.0;
+
+  /// Method, controller, delay, excitation, start, baseline. What is about single recordings must be left
+  /// out: `learn_s`, `whole_record`, `every`, `change_of`, `on_row` ...
+  identification::TrackOptions track;
+  double row_every_s = 0.1;  ///< From row to row, > 0.
+
+  /// How long a figure is watched before its changes can be told, s. A short one finds less.
+  double baseline_s = 600.0;
+  /// Mean time between false alarms of each detector (threshold.hpp).
+  double false_alarm_interval_s = 3.6e6;
+  AxisAlarmSettings alarms;
+};
+
+}  // namespace resonid::monitoring
