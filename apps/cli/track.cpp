@@ -119,6 +119,9 @@ void add_method(CLI::App& verb, TrackVerbOptions& o) {
   add_number(verb, "--memory", t.memory_s, "SECONDS", "how long the estimate remembers; otherwise chosen");
   add_enum(verb, "--forgetting", t.forgetting,
            "arx, oe, rpem, cloe, f-cloe, d-cloe: how old samples lose weight");
+  verb.add_flag("--long-term", t.long_term,
+                "for hours: physical forgets all parameters over its memory, two seconds or thirty periods "
+                "of the resonance unless told");
   verb.add_flag("--extrapolate", t.extrapolate,
                 "iv: extrapolate to the newest sample; no lag, and nearly twice the variance");
   add_number(

@@ -8,7 +8,7 @@
 
 namespace resonid::monitoring {
 
-/// What people do to an axis or to one of its alarms.
+/// What people, or the service for them, do to an axis or to one of its alarms.
 enum class ActionKind : std::uint8_t {
   acknowledge,   ///< An alarm: seen.
   shelve,        ///< An alarm, until a sample: not now.
@@ -20,6 +20,8 @@ enum class ActionKind : std::uint8_t {
   maintenance,   ///< The axis, until a sample; one that has passed ends it.
   set_baseline,  ///< The axis: what is now is how it should be.
   relearn,       ///< The axis: everything anew.
+  stop,          ///< The axis: its samples no longer come. By the service.
+  resume,        ///< The axis: they come again. By the service.
 };
 inline constexpr EnumName<ActionKind> kActionKindNames[] = {{ActionKind::acknowledge, "acknowledge"},
                                                             {ActionKind::shelve, "shelve"},
@@ -30,7 +32,9 @@ inline constexpr EnumName<ActionKind> kActionKindNames[] = {{ActionKind::acknowl
                                                             {ActionKind::unsuppress, "unsuppress"},
                                                             {ActionKind::maintenance, "maintenance"},
                                                             {ActionKind::set_baseline, "baseline"},
-                                                            {ActionKind::relearn, "relearn"}};
+                                                            {ActionKind::relearn, "relearn"},
+                                                            {ActionKind::stop, "stop"},
+                                                            {ActionKind::resume, "resume"}};
 [[nodiscard]] constexpr std::span<const EnumName<ActionKind>> enum_names(ActionKind) noexcept {
   return kActionKindNames;
 }
@@ -41,6 +45,7 @@ struct Action {
   ActionKind kind = ActionKind::acknowledge;
   AlarmId alarm{};                 ///< Where it is about one.
   std::uint64_t until_sample = 0;  ///< shelve, maintenance.
+  std::uint64_t id = 0;  ///< Counts the actions of an axis, from 1 on; each counts once.
 };
 
 }  // namespace resonid::monitoring

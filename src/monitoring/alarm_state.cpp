@@ -178,6 +178,8 @@ expected<Transitions, Error> Alarm::act(const AlarmRules& rules, const Action& a
     case ActionKind::maintenance:
     case ActionKind::set_baseline:
     case ActionKind::relearn:
+    case ActionKind::stop:
+    case ActionKind::resume:
       return refuse("action", "must be about an alarm");
   }
   sample_ = now;

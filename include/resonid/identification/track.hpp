@@ -72,6 +72,9 @@ struct TrackOptions {
   /// physical: relative change of the stiffness per second to reckon with, 1/s; absent: chosen from the
   /// positions seen so far.
   std::optional<double> drift_per_s;
+  /// For a machine that is watched for hours: physical forgets all parameters over its memory (when 0: two
+  /// seconds or thirty periods of the resonance), unless the machine's position tells how it drifts.
+  bool long_term = false;
   /// Watches a figure; what it is at first counts as usual. Rows then say `changed`.
   std::optional<online::AxisFigure> change_of;
   double false_alarm_interval_s = 3600.0;  ///< Mean time between changes that are none.

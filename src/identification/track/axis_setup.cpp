@@ -5,6 +5,7 @@
 #include <cmath>
 #include <identification/track/axis_setup.hpp>
 #include <identification/track/stiffness_drift.hpp>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/response/periodic_averaging.hpp>
 
 namespace resonid::identification::detail {
@@ -17,8 +18,11 @@ constexpr std::size_t kMostLines = 256;
 constexpr double kPeriodsRemembered = 24.0;  // of the resonance, by recursive least squares
 constexpr double kPeriodsOfVariables = 6.0;  // the same of instrumental variables
 constexpr double kPeriodsOfPhysical = 4.0;   // the same of the physical tracker
-constexpr double kFrictionShare = 0.3;       // of the largest torque: how much of it friction may take
-constexpr double kStartDeviations = 10.0;    // of a start's own: how far off it may be
+constexpr double kPeriodsOfLongTerm = 30.0;  // the same over hours, kLongTerm_s at least
+constexpr double kLongTerm_s = 2.0;
+constexpr double kNoiseMemory_s = 100.0;
+constexpr double kFrictionShare = 0.3;     // of the largest torque: how much of it friction may take
+constexpr double kStartDeviations = 10.0;  // of a start's own: how far off it may be
 
 /// The engine's method has the same name; automatic is chosen before.
 constexpr std::optional<AxisMethod> same_name(TrackMethod method) {
@@ -87,10 +91,16 @@ void set_physical(const data::Record& stretch, const TrackOptions& options, cons
   if (setup.config.coulomb_friction) p.coulomb_friction_nm.std = kFrictionShare * largest;
   p.torque_offset_std_nm = largest;
   p.torque_offset_drift_nm_rt_s = 0.002 * largest;
-  p.memory_s = options.memory_s;
   p.at_best_known_time = true;  // rows tell the time that they describe
-  p.stiffness_drift_per_s = first_drift(stretch, options, plan);
-  setup.memory_s = options.memory_s > 0.0 ? options.memory_s : kPeriodsOfPhysical / drive.resonance().value;
+  p.memory_s = options.memory_s;
+  const bool moves = drift_follows_position(stretch, options, plan) || options.drift_per_s;
+  if (options.long_term && !moves) {
+    if (!(p.memory_s > 0.0)) p.memory_s = std::max(kLongTerm_s, kPeriodsOfLongTerm / drive.resonance().value);
+  } else if (!(p.memory_s > 0.0) || moves) {
+    p.stiffness_drift_per_s = first_drift(stretch, options, plan);
+  }
+  if (options.long_term) p.noise_memory_s = kNoiseMemory_s;
+  setup.memory_s = p.memory_s > 0.0 ? p.memory_s : kPeriodsOfPhysical / drive.resonance().value;
 }
 
 void set_discrete(const data::Record& stretch, const TrackOptions& options, const TrackPlan& plan,
@@ -178,15 +188,12 @@ void set_baseline(const data::Record& stretch, const TrackOptions& options, Axis
   }
 }
 
-/// A change is looked for in blocks of twice the memory, whose means hardly depend on one another.
 void set_change(const TrackOptions& options, AxisSetup& setup) {
   if (!options.change_of) return;
-  constexpr double kShortest = 0.25, kRows = 4.0, kBlocks = 16.0;
+  constexpr double kBlocks = 16.0;
   auto& c = setup.config;
   c.change_of = options.change_of;
-  const double row_s = static_cast<double>(options.every) / c.sample_rate_hz;
-  const double memory = options.memory_s > 0.0 ? options.memory_s : setup.memory_s;
-  c.change.block_s = std::max({kShortest, 2.0 * memory, kRows * row_s});
+  c.change.block_s = change_block_s(options, setup);
   c.change.baseline_s = kBlocks * c.change.block_s;
   c.change.false_alarm_interval_s = options.false_alarm_interval_s;
 }
@@ -200,6 +207,14 @@ double centre_hz(const data::Record& stretch, const TrackPlan& plan) {
 }
 
 }  // namespace
+
+double change_block_s(const TrackOptions& options, const AxisSetup& setup) {
+  constexpr double kShortest = 0.25, kRows = 4.0;
+  const double row_s = static_cast<double>(options.every) / setup.config.sample_rate_hz;
+  const double memory = options.memory_s > 0.0 ? options.memory_s : setup.memory_s;
+  const bool forgets = setup.config.method == AxisMethod::physical && setup.config.physical.memory_s > 0.0;
+  return std::max({kShortest, (forgets ? 0.5 : 2.0) * memory, kRows * row_s});
+}
 
 std::vector<double> excited_lines_hz(const data::Record& stretch, const TrackPlan& plan,
                                      const Options& options) {
@@ -250,13 +265,44 @@ expected<std::unique_ptr<AxisSetup>, Error> axis_setup(const data::Record& stret
   }
   set_baseline(stretch, options, *setup);
   set_change(options, *setup);
-  c.controller_numerator = setup->numerator;
-  c.controller_denominator = setup->denominator;
-  c.lines_hz = setup->lines_hz;
-  c.start_b = setup->start_b;
-  c.start_a = setup->start_a;
-  c.baseline_hz = setup->baseline_hz;
-  c.baseline_response = setup->baseline;
+  setup->point();
+  return setup;
+}
+
+void AxisSetup::point() {
+  config.controller_numerator = numerator;
+  config.controller_denominator = denominator;
+  config.lines_hz = lines_hz;
+  config.start_b = start_b;
+  config.start_a = start_a;
+  config.baseline_hz = baseline_hz;
+  config.baseline_response = baseline;
+}
+
+void AxisSetup::save(ByteWriter& to) const {
+  AxisConfig plain = config;  // addresses would make each run's bytes others
+  plain.controller_numerator = plain.controller_denominator = plain.lines_hz = plain.start_b = plain.start_a =
+      plain.baseline_hz = {};
+  plain.baseline_response = {};
+  to.put(plain);
+  for (const auto* list : {&lines_hz, &numerator, &denominator, &start_b, &start_a, &baseline_hz})
+    to.put(*list);
+  to.put(baseline);
+  to.put(memory_s);
+  to.put(fractional_delay);
+}
+
+std::unique_ptr<AxisSetup> AxisSetup::restored(ByteReader& from) {
+  auto setup = std::make_unique<AxisSetup>();
+  from.get(setup->config);
+  for (auto* list : {&setup->lines_hz, &setup->numerator, &setup->denominator, &setup->start_b,
+                     &setup->start_a, &setup->baseline_hz})
+    from.get(*list);
+  from.get(setup->baseline);
+  from.get(setup->memory_s);
+  from.get(setup->fractional_delay);
+  if (!from.ok() || !positive(setup->config.sample_rate_hz)) return nullptr;
+  setup->point();
   return setup;
 }
 
@@ -283,10 +329,18 @@ const char* field_of(std::string_view field) {
 
 }  // namespace
 
+AxisPointer axis_memory() {
+  std::size_t space = sizeof(online::Axis) + alignof(online::Axis);
+  void* block = std::calloc(1, space);
+  if (block == nullptr) throw std::bad_alloc();
+  void* place = block;
+  std::align(alignof(online::Axis), sizeof(online::Axis), place, space);
+  return {static_cast<online::Axis*>(place), FreeAxis{block}};
+}
+
 expected<AxisPointer, Error> make_axis(const AxisSetup& setup, const TrackPlan& plan) {
-  void* memory = ::operator new(sizeof(online::Axis), std::align_val_t(alignof(online::Axis)));
-  AxisPointer axis(static_cast<online::Axis*>(memory));
-  const auto made = online::Axis::create_in(memory, setup.config);
+  auto axis = axis_memory();
+  const auto made = online::Axis::create_in(axis.get(), setup.config);
   if (made) return axis;
   const Error& e = made.error();
   if (e.field == "start_b")  // it has the right size: what is left to be refused is its loop

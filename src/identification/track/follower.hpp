@@ -9,6 +9,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <resonid/base/detail/byte_archive.hpp>
 #include <resonid/identification/track.hpp>
 #include <string>
 #include <string_view>
@@ -31,6 +32,8 @@ class Positions {
   void step(double x);
   /// Between samples; the oldest known one before it, not a number without any.
   [[nodiscard]] double at(double sample) const;
+  void save(ByteWriter& to) const;
+  void restore(ByteReader& from);
 
  private:
   static constexpr std::size_t kKept = std::size_t{1} << 16U;
@@ -56,8 +59,17 @@ class Follower {
   /// Those of the rows alone.
   [[nodiscard]] online::AxisCounts counts() const { return since(axis_->result().counts, learned_); }
   [[nodiscard]] double start_time_s() const { return start_time_s_; }
+  /// Samples were lost.
+  void miss(std::uint64_t count) { axis_->miss(count); }
+
+  /// All that the rows to come depend on.
+  void save(ByteWriter& to) const;
+  /// What save() wrote by this library version; of the plan, what people are told. Nothing where the bytes
+  /// are none of it.
+  [[nodiscard]] static std::unique_ptr<Follower> restored(ByteReader& from);
 
  private:
+  Follower(std::unique_ptr<AxisSetup> setup, AxisPointer axis);
   void look_at(double position, bool speaks);
 
   TrackPlan plan_;
@@ -72,5 +84,9 @@ class Follower {
   double newest_time_s_ = -std::numeric_limits<double>::infinity();
   Place place_;
 };
+
+/// The engine that a stretch makes; nothing when a longer one must tell (make_track_plan()).
+[[nodiscard]] expected<std::unique_ptr<Follower>, Error> learn(const data::Record& stretch,
+                                                               const TrackOptions& options, bool final);
 
 }  // namespace resonid::identification::detail

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <identification/track/plan.hpp>
+#include <resonid/base/detail/byte_archive.hpp>
 #include <vector>
 
 namespace resonid::identification::detail {
@@ -34,6 +35,22 @@ class StiffnessDrift {
     const double range = std::max({high_ - low_, std::abs(low_), std::abs(high_)});
     return range > 0.0 && samples_ > 0 ? std::clamp(kUneven * fastest_ / range, kUnknownMachine, kMost)
                                        : kUnknownMachine;
+  }
+
+  void save(ByteWriter& to) const {
+    to.put(past_);
+    to.put(samples_);
+    to.put(low_);
+    to.put(high_);
+    to.put(fastest_);
+  }
+  void restore(ByteReader& from) {
+    from.get(past_);
+    from.get(samples_);
+    from.get(low_);
+    from.get(high_);
+    from.get(fastest_);
+    if (past_.empty()) past_.resize(1);
   }
 
   static constexpr double kUnknownMachine = 0.03;

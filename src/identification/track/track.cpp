@@ -42,12 +42,12 @@ void append(data::Record& to, const data::Record& from, std::size_t first, std::
 /// The follower with all that looks at its rows.
 class Run {
  public:
-  Run(const data::Record& stretch, const TrackOptions& options, detail::TrackPlan plan,
-      std::unique_ptr<detail::AxisSetup> setup, detail::AxisPointer axis, Track& track)
+  Run(const data::Record& stretch, const TrackOptions& options, std::unique_ptr<detail::Follower> follower,
+      Track& track)
       : options_(options),
-        follower_(stretch, options, std::move(plan), std::move(setup), std::move(axis)),
-        curves_(options, follower_.plan(), follower_.setup()),
-        rows_(stretch, options, follower_.setup(), follower_.axis(), track),
+        follower_(std::move(follower)),
+        curves_(options, follower_->plan(), follower_->setup()),
+        rows_(stretch, options, follower_->setup(), follower_->axis(), track),
         track_(track) {
     track.baseline_loop = curves_.baseline();
   }
@@ -57,23 +57,23 @@ class Run {
     for (std::size_t k = first; k < last; ++k) {
       const double ru = samples.excitation.present() ? samples.excitation.samples[k] : 0.0;
       const double position = samples.position.present() ? samples.position.samples[k] : kUnknown;
-      if (!follower_.step({ru, samples.input.samples[k], samples.output.samples[k]}, position, speaks))
+      if (!follower_->step({ru, samples.input.samples[k], samples.output.samples[k]}, position, speaks))
         continue;
       if (options_.kept_rows == 0 && (track_.rows + 1) * rows_.values_per_row() > detail::kMostValues)
         return Error{"every", fmt::format("more than {} rows of {} values are too many to be kept at once",
                                           track_.rows, rows_.values_per_row())};
-      controller_.add(follower_.axis().row());
-      rows_.add(follower_.axis(), follower_.place());
-      curves_.add(follower_.axis(), follower_.place().time_s);
+      controller_.add(follower_->axis().row());
+      rows_.add(follower_->axis(), follower_->place());
+      curves_.add(follower_->axis(), follower_->place().time_s);
     }
     return std::nullopt;
   }
 
   void finish() {
-    const auto& axis = follower_.axis();
-    const auto counts = follower_.counts();
-    auto findings = detail::run_findings(axis, counts, controller_, follower_.plan(), follower_.setup(),
-                                         follower_.start_time_s());
+    const auto& axis = follower_->axis();
+    const auto counts = follower_->counts();
+    auto findings = detail::run_findings(axis, counts, controller_, follower_->plan(), follower_->setup(),
+                                         follower_->start_time_s());
     std::move(findings.begin(), findings.end(), std::back_inserter(track_.findings));
     track_.shares = detail::shares_of(counts);
     if (rows_.doubtful()) track_.shares.all = 0.0;
@@ -83,7 +83,7 @@ class Run {
 
  private:
   const TrackOptions& options_;
-  detail::Follower follower_;
+  std::unique_ptr<detail::Follower> follower_;
   detail::ControllerRows controller_;
   detail::LoopCurves curves_;
   detail::Rows rows_;
@@ -185,24 +185,21 @@ class Tracking::Impl {
   /// Begins the run, if the stretch suffices.
   std::optional<Error> learn(bool final) {
     tell("learning from the start of the recording");
-    auto plan = detail::make_track_plan(stretch_, options_, final);
-    if (!plan) return std::move(plan.error());
-    if (!*plan) return std::nullopt;
-    auto setup = detail::axis_setup(stretch_, options_, **plan);
-    if (!setup) return std::move(setup.error());
-    auto axis = detail::make_axis(**setup, **plan);
-    if (!axis) return std::move(axis.error());
-    track_.method = name_of((*plan)->method);
-    track_.approach = name_of((*plan)->approach);
-    track_.reason = (*plan)->reason;
+    auto follower = detail::learn(stretch_, options_, final);
+    if (!follower) return std::move(follower.error());
+    if (!*follower) return std::nullopt;
+    const auto& plan = (*follower)->plan();
+    track_.method = name_of(plan.method);
+    track_.approach = name_of(plan.approach);
+    track_.reason = plan.reason;
     track_.known_delay_s = options_.common.delay_s;
     track_.confidence = options_.common.confidence;
     track_.learned_s = stretch_.duration_s();
     track_.causal = !options_.whole_record;
-    if ((*plan)->start) track_.start = (*plan)->start->source;
-    track_.findings = detail::learning_findings(options_, **plan, **setup);
+    if (plan.start) track_.start = plan.start->source;
+    track_.findings = detail::learning_findings(options_, plan, (*follower)->setup());
     tell("tracking");
-    run_.emplace(stretch_, options_, std::move(**plan), std::move(*setup), std::move(*axis), track_);
+    run_.emplace(stretch_, options_, std::move(*follower), track_);
     return run_->step(stretch_, 0, stretch_.samples(), options_.whole_record);
   }
 

@@ -88,6 +88,8 @@ class AlarmModel {
       case ActionKind::maintenance:
       case ActionKind::set_baseline:
       case ActionKind::relearn:
+      case ActionKind::stop:
+      case ActionKind::resume:
         break;
     }
     return {};

@@ -14,7 +14,7 @@
 namespace resonid::online::detail {
 
 /// One of several trivially copyable types, or none yet: std::variant without what needs a C++ run-time
-/// library.
+/// library. What the one does not take of the room is left as it was: memory that is zero is not touched.
 template <class... Types>
 class OneOf {
  public:
@@ -85,7 +85,7 @@ class OneOf {
     return f(*self.template as<First>());
   }
 
-  alignas(Types...) std::byte bytes_[std::max({sizeof(Types)...})]{};
+  alignas(Types...) std::byte bytes_[std::max({sizeof(Types)...})];
   std::size_t which_ = sizeof...(Types);
 };
 

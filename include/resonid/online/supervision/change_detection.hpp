@@ -47,6 +47,9 @@ class ChangeDetector {
   void reset() noexcept { *this = ChangeDetector(config_); }
   /// Takes what comes for a new baseline, keeping the time.
   void relearn() noexcept;
+  /// The figure is back at its baseline: after an alarm, looks for changes from it again. What came since the
+  /// alarm is not learned.
+  void resume() noexcept;
 
   /// Whether the baseline is learned: changes can be found from now on.
   [[nodiscard]] bool ready() const noexcept {
@@ -58,6 +61,10 @@ class ChangeDetector {
   [[nodiscard]] double level() const noexcept { return level_; }
   [[nodiscard]] double threshold() const noexcept;  ///< Threshold of the statistic in its own terms.
   [[nodiscard]] double baseline() const noexcept { return alarm_ ? before_mean_ : baseline_.mean(); }
+  /// Standard deviation of the baseline, as far as the newest blocks are not of it.
+  [[nodiscard]] double baseline_std() const noexcept {
+    return alarm_ ? std::sqrt(before_variance_) : baseline_.mean_std(baseline_.total_precision());
+  }
   /// Standard deviation of what is new in a block: what the statistic's figures are in.
   [[nodiscard]] double block_std() const noexcept;
   /// Whether blocks are as independent as the stated rate of false alarms needs: the sum of 16 of them

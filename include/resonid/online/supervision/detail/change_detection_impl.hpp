@@ -130,6 +130,16 @@ void ChangeDetector<Real, MaxWindow>::judge(const ChangeStatisticState& state) n
 }
 
 template <class Real, std::size_t MaxWindow>
+void ChangeDetector<Real, MaxWindow>::resume() noexcept {
+  if (!alarm_) return;
+  alarm_ = false;
+  level_ = 0.0;
+  learned_ = blocks_;
+  cusum_.reset();
+  likelihood_ratio_.reset();
+}
+
+template <class Real, std::size_t MaxWindow>
 void ChangeDetector<Real, MaxWindow>::relearn() noexcept {
   ChangeDetector fresh(config_);
   fresh.samples_ = samples_;

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <monitoring/figure_watch.hpp>
+#include <utility>
+
+namespace resonid::monitoring {
+namespace {
+
+constexpr double kBlocksBack = 16.0;
+constexpr double kBack = 1.0 / 3.0;                   // of the change: it has gone
+constexpr std::uint64_t kMostMissedRows = 1'000'000;  // told one by one
+
+template <std::size_t... I>
+auto copies(const auto& one, std::index_sequence<I...>) {
+  return std::array{(static_cast<void>(I), one)...};
+}
+
+}  // namespace
+
+FigureWatch::FigureWatch(const Detector& detector, double values_back) noexcept
+    : figures_(copies(Watching{detector}, std::make_index_sequence<kWatched>{})), values_back_(values_back) {}
+
+expected<FigureWatch, Error> FigureWatch::create(double row_s, double block_s, double baseline_s,
+                                                 double false_alarm_interval_s) {
+  constexpr double kFewestBlocks = 16.0;
+  online::ChangeDetectorConfig c;
+  c.sample_rate_hz = 1.0 / row_s;
+  c.block_s = block_s;
+  c.baseline_s = std::max(baseline_s, kFewestBlocks * block_s);
+  c.false_alarm_interval_s = false_alarm_interval_s;
+  const auto detector = Detector::create(c);
+  if (!detector) return tl::unexpected(detector.error());
+  return FigureWatch(*detector, kBlocksBack * block_s / row_s);
+}
+
+void FigureWatch::step(const Row& row) noexcept {
+  for (std::size_t i = 0; i < kWatched; ++i) {
+    const auto& f = row.figures[i];
+    const double value = row.trusted ? f.value : online::AxisRow::kUnknown;
+    figures_[i].detector.step(value, f.std > 0.0 ? f.std : 1.0);
+    look_back(figures_[i], value);
+  }
+}
+
+void FigureWatch::look_back(Watching& w, double value) const noexcept {
+  if (!w.detector.alarm()) {
+    w.values = 0;
+    return;
+  }
+  if (!std::isfinite(value)) return;
+  ++w.values;
+  w.recent += (value - w.recent) / std::min(static_cast<double>(w.values), values_back_);
+  if (static_cast<double>(w.values) < values_back_) return;
+  if (std::abs(w.recent - w.detector.baseline()) < kBack * std::abs(w.detector.change().size)) {
+    w.detector.resume();
+    w.values = 0;
+  }
+}
+
+void FigureWatch::miss(std::uint64_t rows) noexcept {
+  for (std::uint64_t i = 0; i < std::min(rows, kMostMissedRows); ++i)
+    for (auto& w : figures_) w.detector.step(online::AxisRow::kUnknown);
+}
+
+void FigureWatch::relearn() noexcept {
+  for (auto& w : figures_) {
+    w.detector.relearn();
+    w.values = 0;
+  }
+}
+
+std::array<FigureChange, kWatched> FigureWatch::changes(double first_s) const noexcept {
+  std::array<FigureChange, kWatched> all;
+  for (std::size_t i = 0; i < kWatched; ++i) {
+    const Detector& d = figures_[i].detector;
+    if (!d.ready()) continue;
+    all[i].before = d.baseline();
+    all[i].before_std = d.baseline_std();
+    if (!d.alarm()) continue;
+    all[i].changed = true;
+    all[i].change = d.change();
+    all[i].change.time_s += first_s;
+    all[i].change.detected_s += first_s;
+  }
+  return all;
+}
+
+bool FigureWatch::intact() const noexcept {
+  return std::all_of(figures_.begin(), figures_.end(), [](const Watching& w) { return w.detector.intact(); });
+}
+
+}  // namespace resonid::monitoring

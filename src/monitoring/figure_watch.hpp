@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <monitoring/axis_alarms.hpp>
+#include <monitoring/row.hpp>
+#include <resonid/base/expected.hpp>
+#include <resonid/online/supervision/change_detection.hpp>
+
+namespace resonid::monitoring {
+
+/// Changes of all figures of one axis against what is usual, row by row. Its bytes are its snapshot.
+///
+/// A change ends when the figure is back: when its mean over the newest 16 blocks differs from the baseline
+/// by less than a third of the change. Times go on over gaps.
+class FigureWatch {
+ public:
+  /// `row_s` from row to row; the others as in online::ChangeDetectorConfig.
+  static expected<FigureWatch, Error> create(double row_s, double block_s, double baseline_s,
+                                             double false_alarm_interval_s);
+
+  void step(const Row& row) noexcept;
+  /// So many rows were not made.
+  void miss(std::uint64_t rows) noexcept;
+  /// What is now is usual, from here on.
+  void relearn() noexcept;
+
+  /// What the detectors say; times in seconds since sample 0. `first_s`: the time of the first row's sample
+  /// less `row_s`.
+  [[nodiscard]] std::array<FigureChange, kWatched> changes(double first_s) const noexcept;
+  /// Rows so far, missed ones too.
+  [[nodiscard]] std::uint64_t rows() const noexcept { return figures_[0].detector.samples(); }
+  /// Whether changes of the figure can be told yet.
+  [[nodiscard]] bool ready(Watched w) const noexcept {
+    return figures_[static_cast<std::size_t>(w)].detector.ready();
+  }
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept;
+
+ private:
+  using Detector = online::ChangeDetector<double>;
+  struct Watching {
+    Detector detector;
+    double recent = 0.0;       // fading mean since the alarm
+    std::uint64_t values = 0;  // in it
+  };
+  explicit FigureWatch(const Detector& detector, double values_back) noexcept;
+  void look_back(Watching& w, double value) const noexcept;
+
+  std::array<Watching, kWatched> figures_;
+  double values_back_;  // 16 blocks of rows
+};
+
+}  // namespace resonid::monitoring
