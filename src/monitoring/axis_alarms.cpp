@@ -164,6 +164,8 @@ std::array<FigureShift, kWatched> shifts_of(const AlarmFacts& facts) noexcept {
   std::array<FigureShift, kWatched> shifts{};
   for (std::size_t i = 0; i < kWatched; ++i) {
     const FigureChange& c = facts.changes[i];
+    // The load's torque goes up and down with the work: it tells of a cause where its detector says so alone.
+    if (static_cast<Watched>(i) == Watched::load_torque && !c.changed) continue;
     shifts[i].before = {c.before, c.before_std};
     if (facts.row.trusted)
       shifts[i].after = facts.row.figures[i];
