@@ -1,0 +1,327 @@
+// SPDX-License-Identifier: MIT
+#include "monitor/samples/intake.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <resonid/base/error_text.hpp>
+#include <stdexcept>
+
+#include "../io/temporary_folder.hpp"
+
+namespace resonid::monitor {
+namespace {
+
+using Outcome = Intake::Outcome;
+
+const ColumnNames kNames = {"ru", "", "y", ""};
+constexpr std::int64_t kStart_ns = 1'790'000'000'000'000'000;
+constexpr std::int64_t kInterval_ns = 1'000'000;
+constexpr std::uint64_t kRate_hz = 1000;
+
+/// A sample that was stored.
+struct Stored {
+  std::uint64_t sample = 0;
+  double excitation = 0.0, output = 0.0;
+  std::int64_t time_ns = 0;
+};
+
+class IntakeTest : public ::testing::Test {
+ protected:
+  IntakeTest() { open(); }
+
+  void open() {
+    intake_.reset();
+    ring_.reset();
+    auto ring = Ring::open(folder_ / "x.ring", {"x", ring_channels(kNames), kRate_hz, 100'000});
+    if (!ring) throw std::runtime_error(message_of(ring.error()));
+    ring_ = std::move(*ring);
+    ring_->set_read(ring_->end());
+    intake_ = std::make_unique<Intake>(*ring_, kNames);
+  }
+
+  /// `count` samples whose output is `first`, `first` + 1 ...
+  Outcome add(std::optional<std::uint64_t> first, std::size_t count, std::optional<std::int64_t> time_ns = {},
+              const SourcePosition& position = {}) {
+    std::vector<double> values;
+    for (std::size_t k = 0; k < count; ++k) {
+      const double y = static_cast<double>(first.value_or(counted_) + k);
+      values.insert(values.end(), {y, -1.0, 2.0 * y});
+    }
+    counted_ += count;
+    return add(values, first, time_ns, position);
+  }
+  Outcome add(const std::vector<double>& values, std::optional<std::uint64_t> first = {},
+              std::optional<std::int64_t> time_ns = {}, const SourcePosition& position = {}) {
+    static constexpr std::string_view kColumns[] = {"y", "temperature", "ru"};
+    Arrival arrival{"x", first, time_ns, 0.0, kColumns, values, {}};
+    arrival.sample_rate_hz = told_rate_hz_;
+    arrival.ends = ends_;
+    return intake_->add(arrival, position);
+  }
+
+  [[nodiscard]] std::vector<Stored> stored() const {
+    std::vector<Stored> all;
+    for (std::uint64_t position = ring_->begin(); position < ring_->end();) {
+      const Piece piece = ring_->piece(position);
+      for (std::size_t k = 0; k < piece.samples; ++k)
+        all.push_back({piece.first_sample + k, piece.values[2 * k], piece.values[2 * k + 1],
+                       piece.time_ns.value_or(0) + std::llround(piece.interval_ns * static_cast<double>(k))});
+      position += piece.samples;
+    }
+    return all;
+  }
+  /// Every stored sample has its own value or is missing; their indices ascend.
+  void expect_right(std::size_t missing = 0) const {
+    std::size_t nans = 0;
+    std::uint64_t next = 0;
+    for (const Stored& s : stored()) {
+      EXPECT_GE(s.sample, next);
+      next = s.sample + 1;
+      nans += std::isnan(s.output) ? 1U : 0U;
+      if (std::isnan(s.output)) continue;
+      EXPECT_EQ(s.output, static_cast<double>(s.sample));
+      EXPECT_EQ(s.excitation, 2.0 * s.output);
+    }
+    EXPECT_EQ(nans, missing);
+  }
+  [[nodiscard]] std::uint64_t faults(Fault kind) const { return intake_->faults().count(kind); }
+  [[nodiscard]] const SampleCounters& counters() const { return intake_->counters(); }
+  static std::int64_t time_of(std::uint64_t sample) {
+    return kStart_ns + static_cast<std::int64_t>(sample) * kInterval_ns;
+  }
+
+  test::TemporaryFolder folder_;
+  std::unique_ptr<Ring> ring_;
+  std::unique_ptr<Intake> intake_;
+  double told_rate_hz_ = 0.0;
+  std::vector<std::uint64_t> ends_;
+  std::uint64_t counted_ = 0;
+};
+
+TEST_F(IntakeTest, MapsColumnsByNameAndIgnoresOthers) {
+  EXPECT_EQ(ring_channels(kNames), (std::vector<std::string>{"excitation", "output"}));
+  EXPECT_EQ(add({1.0, 2.0, 3.0, 4.0, 5.0, 6.0}), Outcome::taken);
+  const auto all = stored();
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_EQ(all[0].excitation, 3.0);
+  EXPECT_EQ(all[0].output, 1.0);
+  EXPECT_EQ(all[1].excitation, 6.0);
+  EXPECT_EQ(intake_->faults().total(), 0U);
+}
+
+TEST_F(IntakeTest, AMissingColumnAndAWrongRateAreNamedAndRefused) {
+  const std::vector<double> values = {1.0, 2.0};
+  const std::string_view columns[] = {"y", "speed"};
+  EXPECT_EQ(intake_->add({"x", {}, {}, 0.0, columns, values, {}}), Outcome::refused);
+  EXPECT_EQ(faults(Fault::columns), 1U);
+  EXPECT_NE(intake_->faults().example(Fault::columns).find("no column 'ru'"), std::string::npos);
+  told_rate_hz_ = 1002.0;
+  EXPECT_EQ(add(0, 10), Outcome::refused);
+  EXPECT_EQ(faults(Fault::rate), 1U);
+  told_rate_hz_ = 1000.5;
+  EXPECT_EQ(add(0, 10), Outcome::taken);
+  told_rate_hz_ = std::nan("");
+  EXPECT_EQ(add(10, 10), Outcome::refused);
+  EXPECT_EQ(counters().lost, 21U);
+  EXPECT_EQ(counters().samples, 10U);
+}
+
+TEST_F(IntakeTest, WhatComesTwiceIsTakenOnce) {
+  add(0, 100);
+  EXPECT_EQ(add(0, 100), Outcome::duplicate);
+  EXPECT_EQ(add(50, 100), Outcome::taken);  // half of it
+  EXPECT_EQ(add(150, 10), Outcome::taken);
+  EXPECT_EQ(counters().duplicate, 150U);
+  EXPECT_EQ(counters().missing, 0U);
+  EXPECT_EQ(faults(Fault::order), 0U);
+  EXPECT_EQ(ring_->next_sample(), 160U);
+  expect_right();
+}
+
+TEST_F(IntakeTest, ShortGapsAreFilledAndLongOnesSkipped) {
+  add(0, 100);
+  add(1100, 10);  // a second
+  EXPECT_EQ(ring_->end(), 1110U);
+  add(2111, 10);  // more than a second
+  EXPECT_EQ(ring_->end(), 1120U);
+  EXPECT_EQ(ring_->next_sample(), 2121U);
+  EXPECT_EQ(counters().missing, 2001U);
+  EXPECT_EQ(counters().samples, 120U);
+  expect_right(1000);
+}
+
+TEST_F(IntakeTest, ReversedMessagesAreLateNotDuplicate) {
+  add(0, 10);
+  add(20, 10);
+  EXPECT_EQ(add(10, 10), Outcome::duplicate);
+  EXPECT_EQ(add(5, 10), Outcome::duplicate);  // of which 5 are there
+  EXPECT_EQ(counters().late, 15U);
+  EXPECT_EQ(counters().duplicate, 5U);
+  EXPECT_EQ(faults(Fault::order), 2U);
+  add(30, 1);
+  expect_right(10);
+}
+
+TEST_F(IntakeTest, ASenderMayBeginAnywhere) {
+  add(1'000'000, 10, time_of(0));
+  EXPECT_EQ(ring_->end(), 10U);
+  EXPECT_EQ(counters().missing, 0U);
+  EXPECT_EQ(intake_->next_for_sender(), 1'000'010U);
+  EXPECT_EQ(stored()[3].time_ns, time_of(3));
+  expect_right();
+  EXPECT_EQ(add(std::uint64_t{1} << 63U, 1), Outcome::refused);
+  EXPECT_EQ(faults(Fault::order), 1U);
+}
+
+TEST_F(IntakeTest, ASenderThatCountsFromTheBeginningGoesOnMonotonically) {
+  for (std::uint64_t k = 0; k < 5000; k += 100) add(k, 100, time_of(k));
+  EXPECT_EQ(add(0, 100, time_of(8000)), Outcome::taken);
+  EXPECT_EQ(add(100, 100, time_of(8100)), Outcome::taken);
+  EXPECT_EQ(faults(Fault::restart), 1U);
+  EXPECT_EQ(faults(Fault::clock), 0U);
+  EXPECT_EQ(ring_->next_sample(), 8200U);
+  EXPECT_EQ(intake_->next_for_sender(), 200U);
+  EXPECT_EQ(counters().missing, 3000U);
+  EXPECT_EQ(stored()[5050].sample, 8050U);
+  EXPECT_EQ(stored()[5050].output, 50.0);
+  EXPECT_EQ(stored()[5050].time_ns, time_of(8050));
+  open();  // the process ended, and knows how the sender counts
+  EXPECT_EQ(add(150, 100, time_of(8150)), Outcome::taken);
+  EXPECT_EQ(faults(Fault::restart), 0U);
+  EXPECT_EQ(ring_->next_sample(), 8250U);
+}
+
+TEST_F(IntakeTest, ARestartOfASenderWithAnotherClockIsOne) {
+  for (std::uint64_t k = 0; k < 5000; k += 100) add(k, 100, time_of(k));
+  EXPECT_EQ(add(0, 100, 1'000'000'000), Outcome::taken);  // 1970: it has no battery
+  EXPECT_EQ(faults(Fault::restart), 1U);
+  EXPECT_GT(ring_->next_sample(), 6000U);
+  const auto all = stored();
+  for (std::size_t k = 1; k < all.size(); ++k) ASSERT_GT(all[k].time_ns, all[k - 1].time_ns) << k;
+}
+
+TEST_F(IntakeTest, ALongRepetitionIsNoRestart) {
+  for (std::uint64_t k = 0; k < 30'000; k += 100) add(k, 100, time_of(k));
+  for (std::uint64_t k = 0; k < 30'000; k += 100) EXPECT_EQ(add(k, 100, time_of(k)), Outcome::duplicate);
+  EXPECT_EQ(faults(Fault::restart), 0U);
+  EXPECT_EQ(counters().duplicate, 30'000U);
+  EXPECT_EQ(add(30'000, 100, time_of(30'000)), Outcome::taken);
+}
+
+TEST_F(IntakeTest, WithoutTimesARestartIsNoticedAfterTenSeconds) {
+  for (std::uint64_t k = 0; k < 20'000; k += 100) add(k, 100);
+  std::uint64_t k = 0;
+  while (add(k, 100) == Outcome::duplicate) k += 100;
+  EXPECT_EQ(k, 10'000U);
+  EXPECT_EQ(faults(Fault::restart), 1U);
+  EXPECT_EQ(add(k + 100, 100), Outcome::taken);
+  EXPECT_EQ(intake_->next_for_sender(), k + 200);
+}
+
+TEST_F(IntakeTest, TheClockIsPutForwardAndNeverBack) {
+  std::uint64_t k = 0;
+  const auto go = [&](std::uint64_t samples, std::int64_t ahead_ns) {
+    for (const std::uint64_t end = k + samples; k < end; k += 50)
+      ASSERT_EQ(add(k, 50, time_of(k) + ahead_ns), Outcome::taken);
+  };
+  go(3000, 0);
+  go(3000, 5'000'000'000);
+  EXPECT_EQ(faults(Fault::clock), 1U);
+  EXPECT_EQ(stored().back().time_ns, time_of(k - 1) + 5'000'000'000);
+  go(3000, 2'000'000'000);
+  EXPECT_EQ(faults(Fault::clock), 2U);
+  go(30'000, 2'000'000'000);
+  EXPECT_EQ(faults(Fault::clock), 2U);
+  EXPECT_NEAR(static_cast<double>(stored().back().time_ns - time_of(k - 1)), 2e9,
+              2e7);  // it has fallen into step
+  const auto all = stored();
+  for (std::size_t i = 1; i < all.size(); ++i) ASSERT_GT(all[i].time_ns, all[i - 1].time_ns) << i;
+  EXPECT_EQ(counters().missing, 0U);
+  expect_right();
+}
+
+TEST_F(IntakeTest, ADriftingClockIsFollowedWithoutAFault) {
+  for (const double drift : {5e-4, -5e-4}) {
+    const std::uint64_t begin = ring_->next_sample();
+    const std::int64_t start = begin == 0 ? kStart_ns : *ring_->next_time_ns();
+    std::uint64_t k = 0;
+    for (; k < 600'000; k += 100) {
+      const std::int64_t told = start + std::llround(static_cast<double>(k) * 1e6 * (1.0 + drift));
+      ASSERT_EQ(add(begin + k, 100, told), Outcome::taken);
+      ASSERT_NEAR(static_cast<double>(*ring_->next_time_ns() - told), 1e8, 1.1e8) << k;
+      ring_->set_read(ring_->end());
+    }
+  }
+  EXPECT_EQ(faults(Fault::clock), 0U);
+}
+
+TEST_F(IntakeTest, AWrongRateShowsInTheTimes) {
+  for (std::uint64_t k = 0; k < 3000; k += 500)
+    add(k, 500, kStart_ns + static_cast<std::int64_t>(k) * 2'000'000);
+  EXPECT_GT(faults(Fault::clock), 0U);
+  EXPECT_NE(intake_->faults().example(Fault::clock).find("its times tell 500 Hz, the axis has 1000 Hz"),
+            std::string::npos)
+      << intake_->faults().example(Fault::clock);
+}
+
+TEST_F(IntakeTest, ImpossibleTimesAreAFaultAndIgnored) {
+  add(0, 10, time_of(0));
+  for (const std::int64_t time : {std::numeric_limits<std::int64_t>::max(), std::int64_t{-5},
+                                  std::numeric_limits<std::int64_t>::min() + 1})
+    EXPECT_EQ(add(ring_->next_sample(), 10, time), Outcome::taken);
+  EXPECT_EQ(faults(Fault::clock), 3U);
+  EXPECT_EQ(stored().back().time_ns, time_of(39));
+}
+
+TEST_F(IntakeTest, ValuesThatAreNotFiniteAreMissing) {
+  const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity();
+  add({0, nan, 0, nan, 0, 2, inf, 0, 4, 3, 0, 6, 4, 0, -inf});  // y, temperature, ru
+  EXPECT_EQ(counters().missing, 3U);
+  EXPECT_EQ(counters().samples, 5U);
+  EXPECT_EQ(faults(Fault::value), 2U);  // runs
+  const auto all = stored();
+  EXPECT_EQ(all[0].output, 0.0);  // the temperature is no channel
+  EXPECT_TRUE(std::isnan(all[1].output) && all[1].excitation == 2.0);
+  EXPECT_TRUE(std::isnan(all[2].output));
+  EXPECT_TRUE(std::isnan(all[4].excitation) && all[4].output == 4.0);
+}
+
+TEST_F(IntakeTest, SamplesWithoutIndexAreConsecutiveAndTakenOncePerPosition) {
+  EXPECT_EQ(add({}, 10, {}, {{1, 2, 5, 0}}), Outcome::taken);
+  EXPECT_EQ(add({}, 10, {}, {{1, 2, 5, 0}}), Outcome::duplicate);
+  EXPECT_EQ(add({}, 10, {}, {{1, 2, 4, 9}}), Outcome::duplicate);
+  counted_ = 10;
+  EXPECT_EQ(add({}, 10, {}, {{1, 2, 6, 0}}), Outcome::taken);
+  open();
+  EXPECT_EQ(add({}, 10, {}, {{1, 2, 6, 0}}), Outcome::duplicate);
+  counted_ = 20;
+  EXPECT_EQ(add({}, 10, {}, {{1, 3, 1, 0}}), Outcome::taken);  // another stream
+  counted_ = 30;
+  ends_ = {10, 20, 30, 40};
+  EXPECT_EQ(add({}, 4, {}, {{9, 9, 0, 0}}), Outcome::taken);
+  EXPECT_EQ(ring_->source(), (SourcePosition{{9, 9, 0, 40}}));
+  ends_ = {30, 40, 50, 60};
+  counted_ = 32;
+  EXPECT_EQ(add({}, 4, {}, {{9, 9, 0, 0}}), Outcome::taken);  // two of them
+  EXPECT_EQ(ring_->end(), 36U);
+  expect_right();
+}
+
+TEST_F(IntakeTest, NothingIsCountedWhileTheRingIsFull) {
+  std::uint64_t k = 0;
+  while (add(k, 1000, time_of(k)) == Outcome::taken) k += 1000;
+  EXPECT_EQ(k, 74'000U);
+  EXPECT_EQ(add(0, 1000, time_of(90'000)), Outcome::full);
+  EXPECT_EQ(counters().samples, 74'000U);
+  EXPECT_EQ(intake_->faults().total(), 0U);
+  ring_->set_read(2000);
+  EXPECT_EQ(add(k, 1000, time_of(k)), Outcome::taken);
+  EXPECT_EQ(add({}, 25'001), Outcome::refused);
+  EXPECT_EQ(faults(Fault::size), 1U);
+}
+
+}  // namespace
+}  // namespace resonid::monitor
