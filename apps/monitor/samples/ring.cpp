@@ -52,7 +52,7 @@ std::uint32_t checksum_of(RingHeader header) noexcept {
 }
 
 template <std::size_t N>
-std::string text_of(const std::array<char, N>& field) {
+std::string field_text(const std::array<char, N>& field) {
   return {field.data(), ::strnlen(field.data(), N)};
 }
 
@@ -72,9 +72,9 @@ RingHeader header_of(const RingSettings& settings) {
 }
 
 RingSettings settings_of(const RingHeader& header) {
-  RingSettings settings{text_of(header.axis), {}, header.sample_rate_hz, header.capacity};
+  RingSettings settings{field_text(header.axis), {}, header.sample_rate_hz, header.capacity};
   for (std::size_t c = 0; c < std::min<std::size_t>(header.channels, kRingChannels); ++c)
-    settings.channels.push_back(text_of(header.names[c]));
+    settings.channels.push_back(field_text(header.names[c]));
   return settings;
 }
 
