@@ -3,44 +3,56 @@
 import { align, limits, measuredBode, modelBode, nearest, shownBand } from "./curves.js";
 import { escapeHtml, isNumber, list, normalFactor, percent, plain, prettyUnit, significant } from "./format.js";
 import { legend, section } from "./markup.js";
-import { axis, AXIS_WIDTH, makePlot, onSheet } from "./plot.js";
+import { axis, AXIS_WIDTH, makePlot, onSheet, renew } from "./plot.js";
 import { colour } from "./theme.js";
 import { decibelTicks, linearTicks, logLabels, logTicks, phaseTicks } from "./ticks.js";
 
 /** So many lines get a whisker each; more are drawn as a band. */
 const WHISKERS = 40;
 
+/** Draws the response at the end of `root`. Returns how to show another one there, which has the same kinds of curves.
+ *  `page.names` may say what "measured" and "model" are, `page.explain` what is seen; `page.joined` joins the measured points. */
 export function drawBode(root, data) {
-  const page = data.page ?? {};
-  const confidence = page.confidence ?? 0.95;
-  const response = data.frequency_response;
-  const model = modelBode(page.model_curve, confidence);
-  const measured = measuredBode(response, confidence, model);
-  const loadModel = modelBode(page.load_curve, confidence);
-  const load = measuredBode(data.second_output?.frequency_response, confidence, loadModel);
-  if (measured.length === 0 && model.length === 0) return;
-  const unit = prettyUnit(page.units?.response ?? "");
-  const marks = marksOf(data.resonances, confidence);
+  const context = contextOf(data);
+  const { measured, model, confidence, load, loadModel, names, unit } = context;
+  if (measured.length === 0 && model.length === 0) return null;
   const box = section(root, "Frequency response",
-    explanation(measured, model, marks, confidence, page.reduced, load), "whole sheet");
-  box.append(legendOf(measured, model, confidence, load, loadModel));
+    data.page?.explain ?? explanation(measured, model, context.marks, confidence, data.page?.reduced, load), "whole sheet");
+  box.append(legendOf(measured, model, confidence, load, loadModel, names));
   const readout = document.createElement("div");
   readout.className = "readout";
   readout.setAttribute("aria-live", "polite");
   box.append(readout);
   const hint = "Move over a chart, or touch it, to read values. Drag to zoom, double-click to reset.";
   readout.textContent = hint;
-  const context = {
-    box, measured, model, load, loadModel, marks, confidence, unit,
+  Object.assign(context, {
+    box, charts: [],
     onCursor: (f) => {
       if (f === null) readout.textContent = hint;
-      else readout.innerHTML = reading(f, measured, model, unit);
+      else readout.innerHTML = reading(f, context.measured, context.model, unit, names);
     },
-  };
+  });
   const coherence = measured.some((p) => p.coherence !== null);
   magnitude(context, false);
   phase(context, !coherence);
   if (coherence) coherenceChart(context, list(data.findings));
+  return (next) => {
+    Object.assign(context, contextOf(next));
+    for (const { plot, columns } of context.charts) renew(plot, columns());
+  };
+}
+
+/** What of the data is drawn. */
+function contextOf(data) {
+  const page = data.page ?? {};
+  const confidence = page.confidence ?? 0.95;
+  const model = modelBode(page.model_curve, confidence);
+  const loadModel = modelBode(page.load_curve, confidence);
+  return {
+    confidence, model, loadModel, measured: measuredBode(data.frequency_response, confidence, model),
+    load: measuredBode(data.second_output?.frequency_response, confidence, loadModel), marks: marksOf(data.resonances, confidence),
+    unit: prettyUnit(page.units?.response ?? ""), names: { measured: "measured", model: "model", ...page.names }, joined: page.joined === true,
+  };
 }
 
 function explanation(measured, model, marks, confidence, reduced, load) {
@@ -60,16 +72,16 @@ function explanation(measured, model, marks, confidence, reduced, load) {
 
 const hasLevels = (measured) => measured.some((p) => p.noiseDb !== null || p.distortionDb !== null);
 
-function legendOf(measured, model, confidence, load, loadModel) {
+function legendOf(measured, model, confidence, load, loadModel, names) {
   const items = [];
-  if (measured.some((p) => p.settled)) items.push(["point", "measured"]);
+  if (measured.some((p) => p.settled)) items.push(["point", names.measured]);
   if (measured.some((p) => p.weak)) items.push(["faint", "hardly excited"]);
   if (measured.some((p) => !p.settled)) items.push(["hollow", "not settled within the recording"]);
   if (measured.some((p) => p.radius !== null)) items.push([measured.length > WHISKERS ? "band" : "whisker", `${percent(confidence)} confidence`]);
   if (measured.some((p) => p.noiseDb !== null)) items.push(["noise", "noise"]);
   if (measured.some((p) => p.distortionDb !== null)) items.push(["distortion", "non-linear distortion"]);
-  if (model.length) items.push(["line", "model"]);
-  if (model.some((p) => isNumber(p.dbLow))) items.push(["modelBand", `model, ${percent(confidence)} confidence`]);
+  if (model.length) items.push(["line", names.model]);
+  if (model.some((p) => isNumber(p.dbLow))) items.push(["modelBand", `${names.model}, ${percent(confidence)} confidence`]);
   if (load.length) items.push(["load", "load, measured"]);
   if (loadModel.length) items.push(["loadLine", "load, model"]);
   return legend(items);
@@ -85,14 +97,14 @@ function marksOf(resonances, confidence) {
   }));
 }
 
-function reading(f, measured, model, unit) {
+function reading(f, measured, model, unit, names) {
   const point = measured.length ? nearest(measured, f) : null;
   const curve = model.length ? nearest(model, point ? point.f : f) : null;
   const parts = [`<span><b>${significant(point ? point.f : curve.f, 4)} Hz</b></span>`];
   if (point && point.db !== null) {
     const region = point.radius === null ? "" : ` ± ${plain(point.radius, 2)}`;
     const angle = point.degreesHigh === null ? "" : ` ± ${plain(point.degreesHigh - point.degrees, 2)}`;
-    parts.push(`<span class="m"><b>measured</b> ${point.db.toFixed(2).replace("-", "−")} dB = ` +
+    parts.push(`<span class="m"><b>${escapeHtml(names.measured)}</b> ${point.db.toFixed(2).replace("-", "−")} dB = ` +
       `${significant(point.abs, 3)}${region} ${escapeHtml(unit)}</span>`);
     parts.push(`<span>${plain(Math.round(point.degrees * 10) / 10, 5)}${angle}°</span>`);
     if (point.noiseDb !== null) parts.push(`<span>noise ${point.noiseDb.toFixed(1).replace("-", "−")} dB</span>`);
@@ -101,7 +113,7 @@ function reading(f, measured, model, unit) {
     if (!point.settled) parts.push("<span>not settled</span>");
   }
   if (curve && curve.db !== null) {
-    parts.push(`<span class="f"><b>model</b> ${curve.db.toFixed(2).replace("-", "−")} dB = ` +
+    parts.push(`<span class="f"><b>${escapeHtml(names.model)}</b> ${curve.db.toFixed(2).replace("-", "−")} dB = ` +
       `${significant(curve.abs, 3)} ${escapeHtml(unit)}, ${plain(Math.round(curve.degrees * 10) / 10, 5)}°</span>`);
   }
   return parts.join("");
@@ -110,12 +122,12 @@ function reading(f, measured, model, unit) {
 /** Those lines that say something; all where none does. */
 const strong = (line) => (line.some((p) => !p.weak) ? line.filter((p) => !p.weak) : line);
 
-function frequencyScale(measured, model) {
-  const [low, high] = shownBand(measured, model);
-  const room = high > low ? 1.04 : 1.5;
+function frequencyScale(context) {
   return {
     time: false, distr: 3,
     range: (u, min, max) => {
+      const [low, high] = shownBand(context.measured, context.model);
+      const room = high > low ? 1.04 : 1.5;
       if (!isNumber(min) || !isNumber(max) || max / min < 1.002) return [low / room, high * room];
       const whole = min <= low && max >= high;
       return whole ? [low / room, high * room] : [min, max];
@@ -156,13 +168,43 @@ function chartHost(box, title, unit) {
 
 /** One of the three charts: series are band (low, high), measured, unsettled, model and its band. */
 function bodeChart(context, { host, label, height, last, key, ticks, scale, showMarks, withModel = true, connect = false, levels = [] }) {
-  const { measured, model, load, loadModel, marks } = context;
+  const { measured, load, joined } = context;
+  const columns = () => columnsOf(context, { key, withModel, levels });
+  const size = measured.length > 400 ? 3 : measured.length > 120 ? 4 : 6;
+  const dots = (hollow) => ({
+    show: true, size: hollow ? size + 2 : size, width: hollow ? 1.5 : 0,
+    stroke: () => colour("measured"), fill: () => colour(hollow ? "card" : "measured"),
+  });
+  const bare = { paths: () => null, points: { show: false } };
+  const plot = makePlot(host, {
+    height, label, group: "bode", data: columns(), rings: [3, 5],
+    padding: [showMarks ? (u) => 8 + 17 * rowsFor(context.marks, u.width) : 8, 14, 0, 0],
+    scales: { x: frequencyScale(context), y: { range: scale } },
+    axes: [frequencyAxis(last), axis({
+      size: AXIS_WIDTH, splits: (u, i, low, high) => ticks(low, high, Math.max(2, Math.floor(u.height / 32))),
+      values: (u, splits) => splits.map((x) => plain(x)),
+    })],
+    series: [{}, bare, bare,
+      { paths: connect || joined ? uPlot.paths.linear() : () => null, spanGaps: true, width: 1, stroke: () => colour("measured"), points: dots(false) },
+      { paths: () => null, stroke: () => colour("measured"), points: dots(true) },
+      { spanGaps: true, width: 2, stroke: () => colour("model"), points: { show: false } }, bare, bare, ...levels.map((name) => levelSeries(name, size)), ...(load.length ? loadSeries(size) : []), weakSeries(size)],
+    hooks: {
+      drawClear: [(u) => { drawMarks(u, context.marks); drawBand(u, u.data); drawModelBand(u, u.data); }],
+      draw: [(u) => { if (showMarks) drawMarkLabels(u, context.marks); }],
+    },
+    onCursor: context.onCursor,
+  });
+  context.charts.push({ plot, columns });
+}
+
+/** What of the curves a chart shows: bounds, measured, unsettled, model with its bounds, levels, load, weak. */
+function columnsOf({ measured, model, load, loadModel }, { key, withModel, levels }) {
   const has = withModel && model.length > 0;
   // All three charts get the same frequencies, so that zoom and cursor mean the same in each.
   const curves = [measured, model, load, loadModel];
   const grids = curves.map((line) => line.map((p) => p.f));
   const column = (read, grid = 0) => ({ grid, values: curves[grid].map(read) });
-  const data = align(grids, [
+  return align(grids, [
     column((p) => (p.weak ? null : p[key + "Low"] ?? null)), column((p) => (p.weak ? null : p[key + "High"] ?? null)),
     column((p) => (p.settled && !p.weak ? p[key] : null)), column((p) => (p.settled || p.weak ? null : p[key])),
     column((p) => (has ? p[key] : null), 1),
@@ -171,27 +213,6 @@ function bodeChart(context, { host, label, height, last, key, ticks, scale, show
     ...(load.length ? [column((p) => p[key], 2), column((p) => (withModel ? p[key] : null), 3)] : []),
     column((p) => (p.weak ? p[key] : null)),
   ]);
-  const size = measured.length > 400 ? 3 : measured.length > 120 ? 4 : 6;
-  const dots = (hollow) => ({
-    show: true, size: hollow ? size + 2 : size, width: hollow ? 1.5 : 0,
-    stroke: () => colour("measured"), fill: () => colour(hollow ? "card" : "measured"),
-  });
-  const bare = { paths: () => null, points: { show: false } };
-  makePlot(host, {
-    height, label, group: "bode", data, rings: [3, 5],
-    padding: [showMarks && marks.length ? (u) => 8 + 17 * rowsFor(marks, u.width) : 8, 14, 0, 0],
-    scales: { x: frequencyScale(measured, model), y: { range: scale } },
-    axes: [frequencyAxis(last), axis({
-      size: AXIS_WIDTH, splits: (u, i, low, high) => ticks(low, high, Math.max(2, Math.floor(u.height / 32))),
-      values: (u, splits) => splits.map((x) => plain(x)),
-    })],
-    series: [{}, bare, bare,
-      { paths: connect ? uPlot.paths.linear() : () => null, spanGaps: true, width: 1, stroke: () => colour("measured"), points: dots(false) },
-      { paths: () => null, stroke: () => colour("measured"), points: dots(true) },
-      { spanGaps: true, width: 2, stroke: () => colour("model"), points: { show: false } }, bare, bare, ...levels.map((name) => levelSeries(name, size)), ...(load.length ? loadSeries(size) : []), weakSeries(size)],
-    hooks: { drawClear: [(u) => { drawMarks(u, marks); drawBand(u, data); drawModelBand(u, data); }], draw: [(u) => { if (showMarks) drawMarkLabels(u, marks); }] },
-    onCursor: context.onCursor,
-  });
 }
 
 /** Lines that nothing excites: pale. */
@@ -222,23 +243,22 @@ function levelSeries(name, size) {
 }
 
 function magnitude(context, last) {
-  const { measured, model, load, unit } = context;
+  const { measured, unit } = context;
   const levels = ["noise", "distortion"].filter((name) => measured.some((p) => p[name + "Db"] !== null));
   const host = chartHost(context.box, "Magnitude", unit ? `in dB, 0 dB = 1 ${unit}` : "in dB");
   bodeChart(context, {
     host, last, height: levels.length ? 380 : 290, key: "db", ticks: decibelTicks, showMarks: true, levels,
     label: "Magnitude of the frequency response in decibels over frequency",
-    scale: (u) => scaleOver(u, measured, model, "db", { allow: 12, least: 3 }, levelRange(measured), load),
+    scale: (u) => scaleOver(u, context, "db", { allow: 12, least: 3 }, levelRange(context.measured)),
   });
 }
 
 function phase(context, last) {
-  const { measured, model, load } = context;
   const host = chartHost(context.box, "Phase", "in degrees");
   bodeChart(context, {
     host, last, height: last ? 240 : 200, key: "degrees", ticks: phaseTicks,
     label: "Phase of the frequency response in degrees over frequency",
-    scale: (u) => scaleOver(u, measured, model, "degrees", { allow: 45, least: 20 }, undefined, load),
+    scale: (u) => scaleOver(u, context, "degrees", { allow: 45, least: 20 }),
   });
 }
 
@@ -260,7 +280,7 @@ function levelRange(measured) {
   return (p) => [p.noiseDb, isNumber(p.distortionDb) ? Math.max(p.distortionDb, floor) : null];
 }
 
-function scaleOver(u, measured, model, key, options, more = () => [], load = []) {
+function scaleOver(u, { measured, model, load }, key, options, more = () => []) {
   const visible = (line) => {
     const data = u.data[0];
     const [i, j] = u.series[0].idxs ?? [0, data.length - 1];
@@ -306,7 +326,7 @@ function drawMarks(u, marks) {
 
 /** On a phone every label may need a row of its own. */
 function rowsFor(marks, width) {
-  if (marks.length < 2) return 1;
+  if (marks.length < 2) return marks.length;
   return Math.min(width < 520 ? marks.length : marks.length > 2 ? 2 : 1, 4);
 }
 

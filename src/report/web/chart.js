@@ -3,7 +3,7 @@
 import { limits } from "./curves.js";
 import { isNumber, plain, powers, significant } from "./format.js";
 import { entry } from "./markup.js";
-import { axis, AXIS_WIDTH, makePlot } from "./plot.js";
+import { axis, AXIS_WIDTH, makePlot, renew } from "./plot.js";
 import { bandsOf, columnsOf, counting, curvesOf, extentOf, groupOf, pointAt, rangeOf, shapesOf } from "./series.js";
 import { colour } from "./theme.js";
 import { linearTicks, logLabels, logTicks, phaseTicks } from "./ticks.js";
@@ -49,38 +49,66 @@ function regionLegend(shapes) {
   return named.map((s) => entry((SWATCH[s.kind] ?? SWATCH.rectangle)(s.colour), s.name)).join("");
 }
 
-export function drawChart(place, chart, { height } = {}) {
-  const curves = curvesOf(chart);
-  const shapes = shapesOf(chart);
-  const extent = extentOf(curves);
-  const given = { x: rangeOf(chart.x_range), y: rangeOf(chart.y_range) };
-  if (given.x) extent.x = given.x;
+/** Draws a chart at the end of `place`. Returns how to show another one of the same axes there: its curves may be others.
+ *  `onZoom` is told the part of the x axis that is shown. */
+export function drawChart(place, chart, { height, onZoom } = {}) {
+  const shown = {};
+  const take = (next) => {
+    const curves = curvesOf(next);
+    const given = { x: rangeOf(next.x_range), y: rangeOf(next.y_range) };
+    const extent = extentOf(curves);
+    if (given.x) extent.x = given.x;
+    Object.assign(shown, { curves, shapes: shapesOf(next), given, extent });
+  };
+  take(chart);
   const log = chart.log_x === true;
-  const legend = legendOf(curves, shapes);
+  const where = chart.time_x === true ? momentText : (x) => `at ${significant(x, 4)}`;
+  let legend = legendOf(shown.curves, shown.shapes);
   const upright = document.createElement("div");
   upright.className = "axis-name";
   upright.textContent = powers(chart.y_label);
   const host = document.createElement("div");
   host.className = "plot";
   place.append(legend.box, upright, host);
-  makePlot(host, {
-    height: height ?? HEIGHT, label: `${chart.title}: ${chart.y_label} over ${chart.x_label}`, group: groupOf(chart, extent),
-    data: columnsOf(curves), padding: [8, 14, 0, 0],
-    rings: curves.flatMap((c, i) => (isPoints(c) ? [i + 1] : [])),
-    scales: { x: xScale(extent, log), y: { range: (u) => yLimits(u, curves, extent.x, given.y) } },
-    hooks: { drawAxes: [(u) => drawBehind(u, curves, shapes)] },
-    axes: [xAxis(chart.x_label, log), axis({
+  const plot = makePlot(host, {
+    height: height ?? HEIGHT, label: `${chart.title}: ${chart.y_label} over ${chart.x_label}`, group: groupOf(chart, shown.extent),
+    data: columnsOf(shown.curves), padding: [8, 14, 0, 0], onZoom,
+    rings: shown.curves.flatMap((c, i) => (isPoints(c) ? [i + 1] : [])),
+    scales: { x: xScale(shown, chart), y: { range: (u) => yLimits(u, shown.curves, shown.extent.x, shown.given.y) } },
+    hooks: { drawAxes: [(u) => drawBehind(u, shown.curves, shown.shapes)] },
+    axes: [chart.time_x === true ? timeAxis() : xAxis(chart.x_label, log), axis({
       size: (u, labels) => Math.max(AXIS_WIDTH, ...(labels ?? []).map((text) => 13 + 7 * text.length)),
       splits: (u, i, low, high) => (/\bdeg(rees)?$/.test(chart.y_label ?? "") ? phaseTicks : linearTicks)(low, high, Math.max(3, Math.floor(u.height / 44))),
       values: (u, splits) => splits.map((v) => plain(v)),
     })],
-    series: [{}, ...curves.map(seriesOf)],
+    series: [{}, ...shown.curves.map(seriesOf)],
     onCursor: (x) => {
       if (x === null) return legend.show("", []);
-      const points = curves.map((c) => pointAt(c.points, x, log));
-      legend.show(`at ${significant(x, 4)}`, points.map(readingOf));
+      const points = shown.curves.map((c) => pointAt(c.points, x, log));
+      legend.show(where(x), points.map(readingOf));
     },
   });
+  const kind = () => JSON.stringify([shown.curves.map((c) => [c.name, c.mark]), shown.shapes.map((s) => [s.name, s.kind])]);
+  let drawn = kind();
+  return (next) => {
+    take(next);
+    if (kind() === drawn) return renew(plot, columnsOf(shown.curves), shown.given.x);
+    drawn = kind();
+    const box = legend.box;
+    legend = legendOf(shown.curves, shown.shapes);
+    box.replaceWith(legend.box);
+    while (plot.series.length > 1) plot.delSeries(plot.series.length - 1);
+    shown.curves.forEach((c) => plot.addSeries(seriesOf(c)));
+    renew(plot, columnsOf(shown.curves), shown.given.x);
+  };
+}
+
+const two = (n) => String(n).padStart(2, "0");
+
+/** UNIX seconds as a reader's own date and time. */
+export function momentText(seconds) {
+  const d = new Date(1000 * seconds);
+  return `${d.getFullYear()}-${two(d.getMonth() + 1)}-${two(d.getDate())} ${two(d.getHours())}:${two(d.getMinutes())}:${two(d.getSeconds())}`;
 }
 
 function readingOf(p) {
@@ -105,7 +133,9 @@ function drawBehind(u, curves, shapes) {
   for (const s of shapes) {
     if (s.kind !== "rectangle") continue;
     ctx.fillStyle = colour(s.colour);
-    ctx.fillRect(at(s.x, "x"), at(s.y, "y"), at(s.xEnd, "x") - at(s.x, "x"), at(s.yEnd, "y") - at(s.y, "y"));
+    // What is short on a long axis still shows.
+    const wide = Math.max(at(s.xEnd, "x") - at(s.x, "x"), 2 * uPlot.pxRatio);
+    ctx.fillRect(at(s.x, "x"), at(s.y, "y"), wide, at(s.yEnd, "y") - at(s.y, "y"));
   }
   ctx.globalAlpha = BAND;
   for (const curve of curves) {
@@ -134,14 +164,18 @@ function seriesOf(curve) {
   };
 }
 
-function xScale({ x: [low, high] }, log) {
-  const room = log ? 1.04 : 0.01 * (high - low) || 1;
-  const whole = log ? [low / room, high * room] : [low - room, high + room];
+function xScale(shown, { log_x: log, time_x: time }) {
+  const whole = () => {
+    const [low, high] = shown.extent.x;
+    const room = log ? 1.04 : time ? 0 : 0.01 * (high - low) || 1;
+    return log ? [low / room, high * room] : [low - room, high + room];
+  };
   return {
-    time: false, distr: log ? 3 : 1,
+    time: time === true, distr: log ? 3 : 1,
     range: (u, min, max) => {
+      const [low, high] = shown.extent.x;
       const usable = isNumber(min) && isNumber(max) && max > min && (!log || max / min > 1.002);
-      return !usable || (min <= low && max >= high) ? whole : [min, max];
+      return !usable || (min <= low && max >= high) ? whole() : [min, max];
     },
   };
 }
@@ -159,6 +193,22 @@ function yLimits(u, curves, whole, given) {
   const numbers = values.filter(isNumber);
   const allow = numbers.reduce((a, b) => Math.max(a, b), -Infinity) - numbers.reduce((a, b) => Math.min(a, b), Infinity);
   return limits(values, bounds, { least: 0, allow: allow > 0 ? allow : Infinity });
+}
+
+/** Dates and times of the day as long as they differ: uPlot's own places, written as ISO 8601 does. */
+function timeAxis() {
+  const [day, hours, clock] = ["{YYYY}-{MM}-{DD}", "{HH}:{mm}", "{HH}:{mm}:{ss}"];
+  return axis({
+    size: 38, space: 74,
+    values: [
+      [3600 * 24 * 365, "{YYYY}", null, null, null, null, null, null, 1],
+      [3600 * 24 * 28, "{YYYY}-{MM}", null, null, null, null, null, null, 1],
+      [3600 * 24, day, null, null, null, null, null, null, 1],
+      [60, hours, "\n" + day, null, "\n" + day, null, null, null, 1],
+      [1, clock, "\n" + day, null, "\n" + day, null, null, null, 1],
+      [0.001, clock + ".{fff}", "\n" + day, null, "\n" + day, null, null, null, 1],
+    ],
+  });
 }
 
 export function xAxis(label, log) {

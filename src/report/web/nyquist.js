@@ -16,14 +16,11 @@ const SHEET_SIZE = 230;
 /** Below this width the labels are figures alone; the legend tells their colours. */
 const WORDS = 400;
 
+/** Draws the open loop at the end of `root`. Returns how to show another one there, which has the same kinds of curves.
+ *  `page.names` may say what the loop's curve and values ("ran") are, and what those of the other loop ("planned"). */
 export function drawNyquist(root, data) {
-  const page = data.page ?? {};
-  const loop = data.loop ?? {};
-  const curve = points(page.loop_curve);
-  const measured = points(page.loop_measured);
-  const planned = points(page.planned_curve);
-  if (curve.length === 0 && measured.length === 0 && planned.length === 0) return;
-  const source = page.loop_curve?.source === "response" ? "the measured response" : "the model";
+  const parts = partsOf(data);
+  if (parts.curve.length === 0 && parts.measured.length === 0 && parts.planned.length === 0) return null;
   const box = section(root, "Loop and its margins",
     "The open loop L = C G in the complex plane, delay included. The further it stays from the point −1, the more robust the " +
     "loop is; the circle around −1 touches it at its closest.", "whole sheet nyquist-box");
@@ -33,18 +30,41 @@ export function drawNyquist(root, data) {
   const side = document.createElement("div");
   grid.append(host, side);
   box.append(grid);
+  const { values, readout } = fillSide(side, parts);
+  const plane = { ...parts, host, readout, view: parts.home };
+  onLayout(host, (width) => { plane.size = Math.min(width, 600); render(plane); }, () => (onSheet() ? SHEET_SIZE : PRINT_SIZE));
+  listen(plane);
+  return (next) => {
+    const home = plane.view === plane.home;
+    Object.assign(plane, partsOf(next));
+    if (home) plane.view = plane.home;
+    values.innerHTML = valuesMarkup(plane);
+    render(plane);
+  };
+}
+
+/** What of the data is drawn. */
+function partsOf(data) {
+  const page = data.page ?? {};
+  const loop = data.loop ?? {};
+  const confidence = page.confidence ?? 0.95;
+  const curve = points(page.loop_curve);
+  const measured = points(page.loop_measured);
+  const planned = points(page.planned_curve);
+  const names = {
+    curve: `L from ${page.loop_curve?.source === "response" ? "the measured response" : "the model"}`,
+    planned: "L with the planned controller", ran: "Ran", ...page.names,
+  };
   const marks = marksOf(loop, list(page.loop_marks), curve);
-  const radius = measured.map((p) => (p.std === null ? null : p.std * regionFactor(page.confidence ?? 0.95)));
-  fillSide(side, { loop, curve, measured, planned: plannedOf(data, planned), marks, source, confidence: page.confidence ?? 0.95, regions: radius.some((r) => r !== null) && measured.length <= REGIONS });
-  const readout = side.querySelector(".readout");
-  const factor = regionFactor(page.confidence ?? 0.95);
+  const factor = regionFactor(confidence);
+  const radius = measured.map((p) => (p.std === null ? null : p.std * factor));
   const around = tube(curve, curve.map((p) => (p.std > 0 ? p.std * factor : null)));
   // A planned loop that is far too stiff must not make the others small.
   const near = planned.filter((p) => p.abs <= PLANNED_SIZE);
-  const plane = { host, around, curve, measured, planned, radius, marks, loop, home: homeView(curve, [...measured, ...near], marks), readout };
-  plane.view = plane.home;
-  onLayout(host, (width) => { plane.size = Math.min(width, 600); render(plane); }, () => (onSheet() ? SHEET_SIZE : PRINT_SIZE));
-  listen(plane);
+  return {
+    loop, confidence, curve, measured, planned, names, marks, radius, around, other: plannedOf(data, planned),
+    home: homeView(curve, [...measured, ...near], marks),
+  };
 }
 
 /** The loop with the controller that is to run, where there is one. */
@@ -53,7 +73,7 @@ export function plannedOf(data, curve) {
   if (!loop || typeof loop !== "object") return null;
   const told = (id) => list(data.findings).some((f) => f?.id === id);
   const title = told("planned-unstable") ? "Planned: unstable" : told("planned-may-be-unstable") ? "Planned: may be unstable"
-    : told("planned-not-judged") ? "Planned: not known" : "Planned";
+    : told("planned-not-judged") ? "Planned: not known" : String(data.page?.names?.other ?? "Planned");
   const crossings = list(data.page?.planned_crossings).filter((c) => isNumber(c?.frequency_hz) && isNumber(c.phase_margin_deg));
   return { loop: told("planned-not-judged") ? {} : loop, curve, crossings, title };
 }
@@ -123,27 +143,35 @@ function marksOf(loop, given, curve) {
   return marks;
 }
 
-function fillSide(side, { loop, curve, measured, planned, marks, source, confidence, regions }) {
-  const rows = marginRows({ loop, marks, planned, factor: normalFactor(confidence) });
+/** Tables of the margins. */
+function valuesMarkup({ loop, marks, other, names, confidence }) {
+  const factor = normalFactor(confidence);
+  const rows = marginRows({ loop, marks, planned: other, factor });
+  const head = other ? ["Margin", names.ran, other.title, "Meaning"] : ["Margin", "Value", "Meaning"];
+  const crossings = other ? crossingRows({ crossings: other.crossings, factor }) : [];
+  return (rows.length ? table(head, rows) : "") +
+    (crossings.length ? table(["Planned: |L| = 1 at", "|L|", "Phase margin"], crossings) : "");
+}
+
+function fillSide(side, parts) {
+  const { curve, measured, planned, marks, radius, names, confidence } = parts;
   const items = [];
-  if (curve.length) items.push(["line", `L from ${source}`]);
+  if (curve.length) items.push(["line", names.curve]);
   if (curve.some((p) => p.std > 0)) items.push(["modelBand", `its ${percent(confidence)} region`]);
-  if (measured.length) items.push(["point", "L measured" + (regions ? ", with its region" : "")]);
-  if (planned?.curve.length) items.push(["planned", "L with the planned controller"]);
+  if (measured.length) items.push(["point", "L measured" + (radius.some((r) => r !== null) && measured.length <= REGIONS ? ", with its region" : "")]);
+  if (planned.length && parts.other) items.push(["planned", names.planned]);
   items.push(["unit", "unit circle |L| = 1"], ["critical", "the point −1"]);
   if (marks.modulus) items.push(["modulus", "modulus margin"]);
   if (marks.crossover) items.push(["crossover", "crossover, phase margin"]);
   if (marks.gain) items.push(["gain", "gain margin"]);
-  const head = planned ? ["Margin", "Ran", planned.title, "Meaning"] : ["Margin", "Value", "Meaning"];
-  const crossings = planned ? crossingRows({ crossings: planned.crossings, factor: normalFactor(confidence) }) : [];
-  side.innerHTML = (rows.length ? table(head, rows) : "") +
-    (crossings.length ? table(["Planned: |L| = 1 at", "|L|", "Phase margin"], crossings) : "");
-  side.append(legend(items));
+  const values = document.createElement("div");
+  values.innerHTML = valuesMarkup(parts);
   const readout = document.createElement("div");
   readout.className = "readout";
   readout.setAttribute("aria-live", "polite");
   readout.textContent = HINT;
-  side.append(readout);
+  side.append(values, legend(items), readout);
+  return { values, readout };
 }
 
 const HINT = "Move over the picture, or touch it, to read values. Drag to zoom, double-click to reset.";
@@ -170,12 +198,13 @@ function render(plane) {
   plane.map = map;
   plane.host.innerHTML =
     `<svg class="plane" role="img" aria-label="Nyquist curve of the open loop with phase, gain and modulus margin" ` +
-    `width="${size}" height="${size - 16}" viewBox="0 0 ${size} ${size - 16}" style="max-width:${size}px">` +
+    `width="${size}" height="${size - 16}" viewBox="0 0 ${size} ${size - 16}">` +
     `<clipPath id="plane-clip"><rect x="${map.left}" y="${map.top}" width="${map.side}" height="${map.side}"/></clipPath>` +
     `<g clip-path="url(#plane-clip)">${parts.join("")}</g>` +
     labelMarkup(labels, map, curve, measured) + axisLabels(view, map) +
     `<rect class="frame" x="${map.left}" y="${map.top}" width="${map.side}" height="${map.side}"/>` +
     `<circle class="probe" r="6" visibility="hidden"/><rect class="select" visibility="hidden"/></svg>`;
+  plane.host.firstElementChild.style.maxWidth = `${size}px`;
 }
 
 const fixed = (x) => Math.min(Math.max(x, -1e5), 1e5).toFixed(1);
@@ -286,7 +315,7 @@ function listen(plane) {
   const probe = (x, y) => {
     const { map } = plane;
     let best = null;
-    for (const [line, name] of [[plane.measured, "L measured"], [plane.curve, "L"], [plane.planned, "L planned"]]) {
+    for (const [line, name] of [[plane.measured, "L measured"], [plane.curve, "L"], [plane.planned, plane.names.planned]]) {
       for (const p of line) {
         // Measured points win over the curves that run through them.
         const distance = Math.hypot(map.x(p.re) - x, map.y(p.im) - y) + (name === "L measured" ? 0 : 4);
@@ -306,15 +335,17 @@ function listen(plane) {
   };
   host.addEventListener("pointerdown", (event) => {
     // A finger scrolls the page; it reads values, and zooms with the browser's own gesture.
-    if (event.pointerType === "mouse" && event.button === 0) start = place(event);
-    else probe(...place(event));
+    if (event.pointerType === "mouse" && event.button === 0) {
+      start = place(event);
+      host.setPointerCapture(event.pointerId);
+    } else probe(...place(event));
   });
   host.addEventListener("pointermove", (event) => {
     const at = place(event);
     if (start) band(start, at);
     else probe(...at);
   });
-  addEventListener("pointerup", (event) => {
+  host.addEventListener("pointerup", (event) => {
     if (!start) return;
     const at = place(event);
     const from = start;
@@ -346,9 +377,8 @@ function show(plane, p, name) {
 /** Along the curve by arrow keys, with Shift in larger steps; plus and minus zoom around the point, Escape shows all. */
 function listenToKeys(plane) {
   const { host } = plane;
-  const lines = [[plane.curve, "L"], [plane.measured, "L measured"], [plane.planned, "L planned"]];
-  const [line, name] = lines.find(([of]) => of.length) ?? [[], ""];
-  if (line.length === 0) return;
+  const find = () => [[plane.curve, "L"], [plane.measured, "L measured"], [plane.planned, plane.names.planned]].find(([of]) => of.length);
+  let [line, name] = find();
   host.tabIndex = 0;
   host.setAttribute("role", "figure");
   host.setAttribute("aria-label", "Nyquist curve. Arrow keys go along it, plus and minus zoom, Escape shows all.");
@@ -365,6 +395,8 @@ function listenToKeys(plane) {
     };
     if (!actions[event.key] || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();
+    [line, name] = find() ?? [line, name];
+    at = Math.min(at, line.length - 1);
     actions[event.key]();
     show(plane, line[at], name);
   });

@@ -11,7 +11,8 @@ const PRINT_WIDTH = 668;
 const PRINT_HEIGHT = 0.68;
 const SHEET_HEIGHT = 0.37;
 
-const redraws = [];
+/** What lays a picture out anew, by its host. */
+const redraws = new Map();
 /** Plots by group: zoomed together by the keyboard as they are by the mouse. */
 const groups = new Map();
 let printing = false;
@@ -29,12 +30,34 @@ export function onLayout(host, draw, printWidth = () => printWidthOf(host)) {
     const width = printing ? printWidth() : host.clientWidth;
     if (width > 0) draw(width);
   };
-  redraws.push(run);
+  redraws.set(host, run);
   run();
 }
 
 function layoutAll() {
   redraws.forEach((run) => run());
+}
+
+/** Lets go of every picture in `root`, which leaves the page. */
+export function release(root) {
+  for (const host of [...redraws.keys()]) if (root.contains(host)) redraws.delete(host);
+  for (const [name, plots] of groups) {
+    const gone = plots.filter((p) => root.contains(p.root));
+    gone.forEach((p) => p.destroy());
+    const kept = plots.filter((p) => !gone.includes(p));
+    if (kept.length) groups.set(name, kept);
+    else groups.delete(name);
+  }
+}
+
+/** Other data in a plot, over the part of the x axis that is shown, or over `range`; all where all was shown. */
+export function renew(plot, data, range = null) {
+  const { min, max } = plot.scales.x;
+  const old = plot.data[0];
+  const whole = old.length === 0 || (min <= old[0] && max >= old[old.length - 1]);
+  plot.setData(data, range === null && whole);
+  if (range !== null) plot.setScale("x", { min: range[0], max: range[1] });
+  else if (!whole) plot.setScale("x", { min, max });
 }
 
 export function watchLayout(root) {
@@ -73,8 +96,9 @@ export function axis(overrides) {
   };
 }
 
-/** A chart in `host`. `group` shares cursor and zoom among charts with the same x axis; the series `rings` get a ring there. */
-export function makePlot(host, { height, label, group, scales, axes, series, bands, hooks, padding, data, rings, onCursor }) {
+/** A chart in `host`. `group` shares cursor and zoom among charts with the same x axis; the series `rings` get a ring there.
+ *  `onZoom` is told the part of the x axis that is shown. */
+export function makePlot(host, { height, label, group, scales, axes, series, bands, hooks, padding, data, rings, onCursor, onZoom }) {
   host.setAttribute("role", "figure");
   host.setAttribute("aria-label", `${label}. Arrow keys read values, plus and minus zoom, Escape shows all.`);
   host.tabIndex = 0;
@@ -89,6 +113,7 @@ export function makePlot(host, { height, label, group, scales, axes, series, ban
     },
     hooks: {
       ...hooks,
+      setScale: [(u, key) => { if (key === "x" && onZoom) onZoom(u.scales.x.min, u.scales.x.max); }],
       setCursor: [(u) => {
         const inside = u.cursor.left >= 0 && u.cursor.left <= u.over.clientWidth;
         onCursor(inside ? u.posToVal(u.cursor.left, "x") : null, u);
