@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+// Alarms as a list, and one alarm with all that is known of it.
+import { list, words } from "../report/format.js";
+import { alarmButtons } from "./actions.js";
+import { address, get, part } from "./api.js";
+import { grid, h, renew, say, sign } from "./dom.js";
+import { go, link } from "./route.js";
+import { alarmChange, alarmStates, duration, figureOf, isOpen, moment, plural, severityOf, severityText } from "./words.js";
+
+const STATES = {
+  open: ["Open", isOpen], unacknowledged: ["Not acknowledged", (a) => !a.acknowledged && !a.shelved && !a.suppressed], shelved: ["Shelved", (a) => Boolean(a.shelved)],
+  suppressed: ["Suppressed", (a) => Boolean(a.suppressed)], all: ["All", () => true],
+};
+const MOST = 500;
+
+const signOf = (a) => (a.shelved || a.suppressed ? "off" : a.active ? (a.acknowledged ? "warning" : "bad") : a.acknowledged && !a.latched ? "good" : "warning");
+
+/** Open first, then by severity, then the newest. */
+export const worstAlarms = (alarms) => [...alarms].sort((a, b) => isOpen(b) - isOpen(a) || a.acknowledged - b.acknowledged ||
+  severityOf(b.severity) - severityOf(a.severity) || (b.raised_time_s ?? 0) - (a.raised_time_s ?? 0));
+
+/** One alarm as an item of a list, with what can be done. */
+export function alarmLine(alarm, done, now = null) {
+  return h("li", { class: `alarm ${signOf(alarm)}`, "data-alarm": alarm.id },
+    sign(signOf(alarm)),
+    h("div", {}, h("p", { class: "what" }, h("a", { href: link(["axis", alarm.axis]) }, alarm.axis), ": ", h("a", { href: link(["alarm", alarm.id]), "data-focus": `open-${alarm.id}` }, alarm.text)),
+      h("p", { class: "small soft" }, `${severityText(alarm.severity)}; ${alarmStates(alarm).join(", ")}; raised ${moment(alarm.raised_time_s)}` + (now ? ` (${duration(now - alarm.raised_time_s)} ago)` : ""))),
+    scoped(alarmButtons(alarm, done), alarm.id));
+}
+
+/** Buttons of several alarms keep the focus by the alarm, too. */
+function scoped(box, id) {
+  for (const button of box.querySelectorAll("[data-focus]")) button.dataset.focus += `-${id}`;
+  return box;
+}
+
+export function alarmsView(main, { alarms, query, reloadAlarms }) {
+  let show = query.state ?? "open";
+  let axis = query.axis ?? "";
+  const filters = Object.entries(STATES).map(([id, [title]]) => {
+    const number = h("b", {});
+    return { id, number, button: h("button", { type: "button", onclick: () => go(["alarms"], { state: id === "open" ? "" : id, axis }) }, title, " ", number) };
+  });
+  const search = h("input", { type: "search", id: "search", value: axis, autocomplete: "off", oninput: () => go(["alarms"], { state: show === "open" ? "" : show, axis: search.value.trim() }, { replace: true }) });
+  const hits = h("p", { class: "small hits", role: "status" });
+  const items = h("ul", { class: "alarm-list" });
+  main.append(h("h1", {}, "Alarms"), h("div", { class: "tools", role: "search" }, h("label", { for: "search" }, "Axis"), search, h("div", { class: "chips", role: "group", "aria-label": "State" }, filters.map((f) => f.button))), hits, items);
+  reloadAlarms();
+  const mine = () => [...alarms.values()].filter((a) => a.axis.toLowerCase().includes(axis.toLowerCase()));
+  const view = {
+    title: "Alarms", nav: "alarms", shortcut: () => search.focus(),
+    query: (next) => { show = STATES[next.state] ? next.state : "open"; axis = next.axis ?? ""; if (document.activeElement !== search) search.value = axis; view.update(); return true; },
+    update: () => {
+      const some = worstAlarms(mine().filter(STATES[show][1])).slice(0, MOST);
+      renew(items, some, () => some.map((a) => alarmLine(a, () => {})));
+      say(hits, some.length === 0 ? (show === "open" ? "No alarm is open." : "None.") : some.length === MOST ? `The first ${MOST}` : plural(some.length, "alarm"));
+      for (const { id, number, button } of filters) {
+        say(number, String(mine().filter(STATES[id][1]).length));
+        button.setAttribute("aria-pressed", String(id === show));
+      }
+    },
+  };
+  if (!STATES[show]) show = "open";
+  view.update();
+  return view;
+}
+
+const TRANSITIONS = { raise: "Raised", raised: "Raised", clear: "Cleared", cleared: "Cleared", acknowledge: "Acknowledged", acknowledged: "Acknowledged", shelve: "Shelved", unshelve: "Unshelved", reset: "Reset", suppress: "Suppressed", unsuppress: "No longer suppressed", rearm: "Raised again", "re-alarm": "Raised again" };
+
+export function alarmView(main, { alarms, path, reloadAlarms }) {
+  const id = path[1];
+  const head = h("div", {});
+  const facts = h("section", {}, h("h2", {}, "What is known"), h("div", {}));
+  const events = h("section", {}, h("h2", {}, "Events"), h("p", { class: "explain" }, "What happened to this alarm, and who did what."), h("div", {}));
+  const problem = h("p", { class: "error", role: "alert" });
+  main.append(h("p", { class: "crumb" }, h("a", { href: link(["alarms"]) }, "← Alarms")), head, problem, facts, events);
+  let state = "";
+  const loadEvents = async () => {
+    try {
+      const told = list((await get(`alarms/${part(id)}/events`)).events);
+      events.lastElementChild.replaceChildren(grid(["Time", "What", "By", "Text"], told.map((e) => [moment(e.time_s), TRANSITIONS[e.transition] ?? words(e.transition ?? ""), e.who ?? "–", e.reason ?? e.text ?? ""]), { caption: "Events of the alarm", className: "plain" }));
+    } catch (error) {
+      events.lastElementChild.replaceChildren(h("p", { class: "error" }, `Events could not be loaded: ${error.message}`));
+    }
+  };
+  if (!alarms.has(id)) reloadAlarms().then(() => { if (!alarms.has(id)) say(problem, `There is no alarm ${id}.`); });
+  const view = {
+    title: "Alarm", nav: "alarms",
+    update: () => {
+      const alarm = alarms.get(id);
+      if (!alarm) return;
+      const key = JSON.stringify(alarm);
+      if (key === state) return;
+      state = key;
+      view.title = `${alarm.axis}: ${alarm.text}`;
+      loadEvents();
+      renew(head, alarm, () => [h("div", { class: "head" }, h("div", {}, h("h1", {}, alarm.text), h("p", { class: "meta" }, h("a", { href: link(["axis", alarm.axis]) }, alarm.axis), `, ${severityText(alarm.severity)}`)),
+        h("div", { class: `verdict ${{ bad: "bad", warning: "warning", good: "good", off: "none" }[signOf(alarm)]}` }, sign(signOf(alarm)), h("div", {}, h("b", {}, alarm.active ? "Active" : "Cleared"), h("span", {}, alarmStates(alarm).slice(1).join(", "))))),
+      alarmButtons(alarm, () => loadEvents())]);
+      const figure = figureOf(alarm.alarm, alarm.change);
+      const rows = [
+        ["Change", alarmChange(alarm) || "–"], ["Likely cause", alarm.cause || "not known"], ["Figure", figure.title], ["Since", moment(alarm.since_time_s)], ["Raised", moment(alarm.raised_time_s)],
+        alarm.cleared_time_s ? ["Cleared", moment(alarm.cleared_time_s)] : null,
+        alarm.shelved ? ["Shelved", `until ${moment(alarm.shelved.until_time_s)} by ${alarm.shelved.who ?? "?"}: ${alarm.shelved.reason ?? ""}`] : null,
+        alarm.suppressed ? ["Suppressed by", words(alarm.suppressed)] : null,
+      ].filter(Boolean);
+      const around = alarm.since_time_s ?? alarm.raised_time_s;
+      renew(facts.lastElementChild, [rows, alarm.evidence], () => [grid(["Of the alarm", "Value"], rows, { caption: "What is known of the alarm", className: "facts" }),
+        h("ul", { class: "links" },
+          h("li", {}, h("a", { href: link(["axis", alarm.axis], { from: around - 1800, to: (alarm.cleared_time_s ?? alarm.raised_time_s) + 1800, f: alarm.alarm }) }, "Trend around it")),
+          alarm.evidence ? h("li", {}, h("a", { href: address(`alarms/${part(id)}/evidence.csv`), download: `${id}.csv` }, "Evidence: raw samples as CSV")) : null,
+          alarm.evidence ? h("li", {}, h("a", { href: address(`alarms/${part(id)}/report.html`) }, "Evidence: report of identify")) : h("li", { class: "soft" }, "The raw samples around it are no longer there."))]);
+    },
+  };
+  view.update();
+  return view;
+}

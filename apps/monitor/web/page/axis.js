@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+// One axis: what is wrong, its figures, response, loop and trends, what the estimator does, and what a person can do.
+import { isNumber, list, plain, prettyUnit, significant, words } from "../report/format.js";
+import { axisButtons } from "./actions.js";
+import { get, part } from "./api.js";
+import { alarmLine } from "./alarms.js";
+import { grid, h, mark, renew, say, sign } from "./dom.js";
+import { ageOf, groupOf, isStale } from "./model.js";
+import { responsePart } from "./response.js";
+import { go, link } from "./route.js";
+import { trendsPart } from "./trends.js";
+import { beyondLimit, changeText, count, duration, figureOf, fromInput, GATES, isOpen, latencyText, moment, orderedFigures, sigmas, stateText, toInput, valueText, verdictText } from "./words.js";
+
+const DETAILS_MS = 5000;
+const CLASS = ["good", "none", "none", "warning", "bad"];
+const SIGN = ["good", "stale", "off", "warning", "bad"];
+
+export function axisView(main, { fleet, alarms, path, query, serverNow }) {
+  const name = path[1];
+  const verdict = h("div", { class: "verdict none" }, h("span", { class: "icon" }), h("div", {}, h("b", {}), h("span", {})));
+  const meta = h("p", { class: "meta" });
+  const open = h("div", { class: "axis-alarms" });
+  const figuresBody = h("tbody", {});
+  const stale = h("p", { class: "stale-text", role: "status" });
+  const columns = h("div", {});
+  const missing = h("p", { class: "error", role: "alert" });
+  main.append(h("p", { class: "crumb" }, h("a", { href: link([]) }, "← Fleet")),
+    h("div", { class: "head" }, h("div", {}, h("h1", {}, name), meta), verdict), missing, stale, open, columns);
+  const left = h("div", {});
+  columns.append(h("section", {}, h("h2", {}, "Figures"), h("p", { class: "explain" }, "± one standard deviation. Changes are told against the baseline."),
+    h("div", { class: "scroll" }, h("table", { class: "fold figures-table" }, h("caption", { class: "unseen" }, "Figures of the axis now"),
+      h("thead", {}, h("tr", {}, ["Figure", "Now", "Baseline", "Change", "Limit of change", "Standard deviations"].map((t, i) => h("th", { scope: "col", class: i ? "n" : null }, t)))), figuresBody))), left);
+  const response = responsePart(columns);
+  const trends = trendsPart(columns, {
+    axis: name, serverNow, setQuery: (change) => { query = { ...query, ...change }; go(["axis", name], query); },
+  });
+  trends.query(query);
+  const gates = h("ul", { class: "gates" });
+  const estimator = h("section", {}, h("h2", {}, "What the estimator is doing"), h("p", { class: "explain" }), gates, h("div", {}));
+  const samples = h("section", {}, h("h2", {}, "Samples"), h("div", {}));
+  const baselines = h("section", {}, h("h2", {}, "Baselines and actions"), axisButtons(name, () => { details(); trends.reload(); }), h("div", {}));
+  columns.append(h("div", { class: "split two" }, estimator, samples), baselines, compareForm(name, serverNow));
+  const slots = new Map();
+  let more = null;
+  let asked = -Infinity;
+  let known = fleet.axes.has(name);
+
+  async function details() {
+    asked = performance.now();
+    try {
+      more = await get(`axes/${part(name)}`);
+      known = true;
+      say(missing, "");
+      fleet.merge(name, { ...more }, performance.now());
+    } catch (error) {
+      if (error.status === 404) say(missing, `There is no axis named ${name}.`);
+    }
+  }
+
+  async function firstResponse() {
+    try {
+      response.show(await get(`axes/${part(name)}/response`));
+    } catch {
+      // There is none yet; the stream brings it when there is.
+    }
+  }
+
+  function figureRows(axis) {
+    for (const key of orderedFigures(axis.figures)) {
+      const told = axis.figures[key];
+      const figure = figureOf(key, told);
+      if (!slots.has(key)) {
+        const cells = ["Now", "Baseline", "Change", "Limit of change", "Standard deviations"].map((title) => h("td", { class: "n", "data-name": title }));
+        slots.set(key, cells);
+        figuresBody.append(h("tr", {}, h("th", { scope: "row" }, figure.title), cells));
+      }
+      const [now, base, change, limit, sigma] = slots.get(key);
+      say(now, valueText(figure, told));
+      say(base, isNumber(told.baseline) ? `${significant(told.baseline, 4)}${figure.unit ? " " + prettyUnit(figure.unit) : ""}` : "–");
+      const beyond = beyondLimit(told);
+      say(change, changeText(figure, told) || "–");
+      mark(change, "data-beyond", beyond);
+      say(limit, isNumber(told.limit) ? `±${plain(told.limit, 3)}${figure.unit ? " " + prettyUnit(figure.unit) : ""}${beyond ? ", exceeded" : ""}` : "–");
+      say(sigma, sigmas(told) ? significant(sigmas(told), 2) : "–");
+    }
+  }
+
+  function estimatorPart(axis) {
+    const e = more?.estimator ?? {};
+    say(estimator.querySelector(".explain"), [stateText(axis.state), axis.trusted ? "trusted" : `not trusted: ${axis.why || verdictText(axis.verdict).toLowerCase()}`].join(", ") + ".");
+    const all = Object.keys(e.gates ?? {});
+    const order = [...Object.keys(GATES).filter((g) => all.includes(g)), ...all.filter((g) => !GATES[g])];
+    renew(gates, order.map((g) => [g, e.gates[g]]), () => order.map((g) => {
+      const [title, yes, no] = GATES[g] ?? [words(g), "yes", "no"];
+      const good = e.gates[g] === true;
+      return h("li", { class: good ? "yes" : "no" }, sign(good ? "good" : "warning"), h("div", {}, h("b", {}, `${title}: ${good ? "yes" : "no"}`), h("span", {}, good ? yes : no)));
+    }));
+    const facts = [
+      ["Method", e.method ? words(e.method) : null], ["Memory", isNumber(e.memory_s) ? duration(e.memory_s) : null], ["Learned", isNumber(e.learned_s) ? duration(e.learned_s) : null],
+      ["Began with", e.start ? words(typeof e.start === "string" ? e.start : JSON.stringify(e.start)) : null], ["Verdict", verdictText(axis.verdict)],
+      ["Controller", more?.loop?.controller ? String(more.loop.controller) : null], ["Configuration", more?.configuration_hash ? String(more.configuration_hash) : null],
+    ].filter(([, v]) => v !== null);
+    renew(estimator.lastElementChild, facts, () => [grid(["Estimator", "Value"], facts, { caption: "Settings of the estimator", className: "facts" })]);
+  }
+
+  function samplePart(axis) {
+    const s = axis.samples ?? {};
+    const rows = [["Source", axis.source ?? "–"], ["Rate", isNumber(axis.rate_hz) ? `${plain(axis.rate_hz, 5)} Hz` : "–"], ["Received", count(s.received)], ["Missing", count(s.missing)],
+      ["Late", count(s.late)], ["Double", count(s.duplicate)], ["Lost", count(s.lost)], ["Newest sample", count(axis.sample)]];
+    const faults = list(axis.faults).filter((f) => f.count > 0);
+    const body = samples.lastElementChild;
+    renew(body, [rows, faults], () => [grid(["Counter", "Value"], rows, { caption: "Counters of samples", numeric: [1] }),
+      h("h3", {}, "Faults in the data"),
+      faults.length ? grid(["Kind", "Times", "Newest"], faults.map((f) => [words(f.kind), count(f.count), f.text ?? ""]), { caption: "Faults in the data", numeric: [1], className: "plain" }) : h("p", { class: "soft" }, "None.")]);
+  }
+
+  function baselinePart() {
+    const all = list(more?.baselines);
+    renew(baselines.lastElementChild, all, () => [all.length ? grid(["Set", "By", "Reason", "Figures"], all.map((b) => [
+      moment(b.time_s), b.who ?? "–", b.reason ?? "–", orderedFigures(b.figures).slice(0, 3).map((f) => `${figureOf(f).title} ${valueText(figureOf(f, b.figures[f]), b.figures[f])}`).join("; ") || "–"]),
+    { caption: "Baselines, newest first", className: "plain" }) : h("p", { class: "soft" }, "No baseline yet.")]);
+  }
+
+  details();
+  firstResponse();
+  let filled = -Infinity;
+  return {
+    title: name, nav: "fleet", axis: name,
+    query: (next, nextPath) => {
+      if (nextPath[1] !== name || nextPath.length > 2) return false;
+      query = next;
+      trends.query(next);
+      return true;
+    },
+    response: (event) => { if (event.axis === undefined || event.axis === name) response.show(event); },
+    update: (now) => {
+      const axis = fleet.axes.get(name);
+      if (now - asked > DETAILS_MS) details();
+      if (!axis || !known) return;
+      const old = isStale(axis, now);
+      const age = ageOf(axis, now);
+      response.update(now, axis.figures, old ? `No data for ${duration(age)}` : "");
+      if (now - filled < 200) return;
+      filled = now;
+      const group = groupOf(axis, now);
+      verdict.className = `verdict ${CLASS[group]}`;
+      renew(verdict.firstElementChild, SIGN[group], () => [sign(SIGN[group])]);
+      say(verdict.querySelector("b"), axis.unacknowledged ? "Alarm" : axis.alarms ? "Alarm, acknowledged" : old ? "No data" : axis.trusted ? "Trusted" : axis.state === "following" ? "Not trusted" : stateText(axis.state));
+      say(verdict.querySelector("b + span"), axis.worst_alarm?.text ?? (old ? `for ${duration(age)}` : axis.why ?? ""));
+      say(meta, `${stateText(old ? "stale" : axis.state)}; ${age === null ? "no samples yet" : old ? `newest sample ${duration(age)} ago` : `data ${duration(age)} old, latency ${latencyText(axis.seen_latency_s ?? axis.latency_s)}`}`);
+      say(stale, old ? "No samples arrive from this axis: figures and curves below are the last known ones, not those of now." : "");
+      mark(columns, "data-stale", old);
+      const mine = [...alarms.values()].filter((a) => a.axis === name && (isOpen(a) || a.shelved || a.suppressed));
+      renew(open, mine, () => (mine.length ? [h("section", { class: "open-alarms" }, h("h2", {}, "Alarms"), h("ul", { class: "alarm-list" }, mine.map((a) => alarmLine(a, () => {}))))] : []));
+      figureRows(axis);
+      estimatorPart(axis);
+      samplePart(axis);
+      baselinePart();
+      trends.update(now, axis.figures);
+    },
+    leave: () => { response.leave(); trends.leave(); },
+  };
+}
+
+/** Two dates, whose figures the next page compares. */
+export function compareForm(name, serverNow, a = serverNow() - 86400, b = serverNow()) {
+  const [first, second] = [a, b].map((t, i) => h("input", { type: "datetime-local", step: 1, required: true, id: `compare-${i}`, value: toInput(t) }));
+  const error = h("p", { class: "error", role: "alert" });
+  return h("section", {}, h("h2", {}, "Compare two dates"),
+    h("form", {
+      class: "range", onsubmit: (event) => {
+        event.preventDefault();
+        const [x, y] = [fromInput(first.value), fromInput(second.value)];
+        if (x === null || y === null || x === y) return say(error, "Two different dates are needed.");
+        go(["axis", name, "compare"], { a: x, b: y });
+      },
+    }, h("label", { for: "compare-0" }, "Then"), first, h("label", { for: "compare-1" }, "and then"), second, h("button", { type: "submit" }, "Compare")), error);
+}

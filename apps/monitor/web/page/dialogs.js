@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+// What a person is asked before something is done. The browser's own <dialog> keeps the focus and gives it back.
+import { h, say } from "./dom.js";
+
+const WHO = "resonid-who";
+
+/** Shows a dialog with fields; `run(values)` does it and may throw, which is told there. Resolves to what it returned, or null. */
+export function askAndDo({ title, text = "", fields, button, run }) {
+  return new Promise((resolve) => {
+    const error = h("p", { class: "error", role: "alert" });
+    const inputs = fields.map((f) => control(f));
+    const confirm = h("button", { type: "submit" }, button);
+    let result = null;
+    const dialog = h("dialog", { "aria-labelledby": "dialog-title" },
+      h("form", {
+        method: "dialog", onsubmit: async (event) => {
+          event.preventDefault();
+          confirm.disabled = true;
+          say(error, "");
+          try {
+            result = await run(Object.fromEntries(inputs.map(({ name, read }) => [name, read()])));
+            dialog.close();
+          } catch (problem) {
+            say(error, problem.message);
+            confirm.disabled = false;
+          }
+        },
+      },
+      h("h2", { id: "dialog-title" }, title), text ? h("p", { class: "explain" }, text) : null,
+      inputs.map((i) => i.part), error,
+      h("div", { class: "buttons" }, confirm, h("button", { type: "button", class: "plain-button", onclick: () => dialog.close() }, "Cancel"))));
+    dialog.addEventListener("close", () => {
+      dialog.remove();
+      resolve(result);
+    });
+    document.body.append(dialog);
+    dialog.showModal();
+    (inputs.find((i) => !i.element.value) ?? inputs[0])?.element.focus();
+  });
+}
+
+let controls = 0;
+
+function control({ name, label, kind = "text", options, required = true, value = "", autocomplete = "off", most = 500 }) {
+  const id = `field-${++controls}`;
+  const common = { id, required, name, autocomplete };
+  const element = kind === "select"
+    ? h("select", common, options.map(([v, text]) => h("option", { value: v }, text)))
+    : kind === "area" ? h("textarea", { ...common, rows: 3, maxlength: most }) : h("input", { ...common, type: kind, maxlength: most });
+  if (value) element.value = value;
+  return { name, element, read: () => element.value.trim(), part: h("div", { class: "field" }, h("label", { for: id }, label), element) };
+}
+
+/** Who does it, remembered, and why. */
+export const person = () => [
+  { name: "who", label: "Your name", value: localStorage.getItem(WHO) ?? "", autocomplete: "name", most: 100 },
+  { name: "reason", label: "Reason", kind: "area" },
+];
+
+/** As askAndDo(), with the person's name kept for the next time. */
+export const askPerson = (what) => askAndDo({
+  ...what, fields: [...person(), ...(what.fields ?? [])],
+  run: async (values) => {
+    const done = await what.run(values);
+    localStorage.setItem(WHO, values.who);
+    return done ?? true;
+  },
+});
+
+export const DURATIONS = [[3600, "1 hour"], [4 * 3600, "4 hours"], [8 * 3600, "8 hours"], [86400, "1 day"], [3 * 86400, "3 days"], [7 * 86400, "1 week"], [30 * 86400, "30 days"]];
+
+/** The token that the server wants for writing; null when the person gives none. */
+export const askToken = (wrong) => askAndDo({
+  title: "Token needed", text: wrong ? "The server did not take the token. It is kept until this tab is closed." : "The server takes changes only with a token. It is kept until this tab is closed.",
+  fields: [{ name: "token", label: "Token", kind: "password", autocomplete: "current-password" }], button: "Continue", run: async ({ token }) => token,
+});
+
+/** A line that says what was done; gone after a while. */
+export function notice(text, kind = "good") {
+  const line = h("div", { class: `notice ${kind}` }, text);
+  document.getElementById("notices").append(line);
+  setTimeout(() => line.remove(), 8000);
+}

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: MIT
+// The list of all axes, worst first. A row is filled when it comes into view and then kept up to date; what is not seen costs nothing.
+import { h, mark, say, sign } from "./dom.js";
+import { ageOf, FILTERS, groupOf, isStale, matches, mostChanged, worstFirst } from "./model.js";
+import { go, link } from "./route.js";
+import { beyondLimit, changeText, duration, figureOf, latencyText, orderedFigures, plural, stateText, valueText } from "./words.js";
+
+/** Figures that a row shows, and from how many standard deviations on another one takes the place of the last. */
+const FIGURES = ["resonance", "stiffness", "modulus_margin", "load_inertia"];
+const CHANGED = 5;
+/** Rows change places no more often than this, and not soon after a person moved among them. */
+const ORDER_MS = 1500;
+const TOUCHED_MS = 4000;
+
+const SIGN = ["good", "stale", "off", "warning", "bad"];
+
+export function fleetView(main, { fleet, query }) {
+  let shown = { q: query.q ?? "", show: query.show ?? "all" };
+  const search = h("input", {
+    type: "search", id: "search", placeholder: "Name, reason, alarm", value: shown.q, autocomplete: "off", "aria-keyshortcuts": "/",
+    oninput: () => go([], { q: search.value.trim(), show: shown.show === "all" ? "" : shown.show }, { replace: true }),
+    onkeydown: (event) => {
+      if (event.key === "ArrowDown" || event.key === "Enter") { event.preventDefault(); focusRow(visible[0]); }
+      if (event.key === "Escape") { search.value = ""; search.dispatchEvent(new Event("input")); }
+    },
+  });
+  const filters = Object.entries(FILTERS).map(([id, [title]]) => {
+    const number = h("b", {});
+    const button = h("button", {
+      type: "button", "data-focus": id, "aria-pressed": "false",
+      onclick: () => go([], { q: shown.q, show: id === "all" ? "" : id }),
+    }, title, " ", number);
+    return { id, button, number };
+  });
+  const how = h("p", { class: "small soft", id: "how" }, "Worst first. Values ± one standard deviation; changes against the baseline. Keys: / to search, arrows to choose, Enter to open.");
+  const hits = h("p", { class: "hits small", role: "status" });
+  const list = h("div", { class: "rows", role: "list", "aria-label": "Axes, worst first", "aria-describedby": "how" });
+  main.append(h("h1", {}, "Fleet"),
+    h("div", { class: "tools", role: "search" }, h("label", { for: "search" }, "Search axes"), search,
+      h("div", { class: "chips", role: "group", "aria-label": "Show" }, filters.map((f) => f.button))),
+    hits, list, how);
+
+  const rows = new Map();
+  let visible = [];
+  let current = null;
+  let ordered = -Infinity;
+  let touched = -Infinity;
+  const seen = new Set();
+  const observer = new IntersectionObserver((entries) => {
+    for (const entry of entries) {
+      if (entry.isIntersecting) { seen.add(entry.target.dataset.axis); fill(entry.target.dataset.axis); } else seen.delete(entry.target.dataset.axis);
+    }
+  }, { rootMargin: "300px" });
+
+  function focusRow(name) {
+    if (!rows.has(name)) return;
+    setCurrent(name);
+    rows.get(name).link.focus();
+  }
+
+  /** One row at a time is reached by Tab; the arrows go on from there. */
+  function setCurrent(name) {
+    if (current && rows.has(current)) rows.get(current).link.tabIndex = -1;
+    current = name;
+    if (rows.has(name)) rows.get(name).link.tabIndex = 0;
+  }
+
+  const touch = () => { touched = performance.now(); };
+  for (const name of ["pointermove", "pointerdown", "keydown", "focusin"]) list.addEventListener(name, touch, { passive: true });
+  list.addEventListener("focusin", (event) => {
+    const row = event.target.closest("[data-axis]");
+    if (row) setCurrent(row.dataset.axis);
+  });
+  list.addEventListener("keydown", (event) => {
+    const at = visible.indexOf(current);
+    const page = Math.max(1, Math.floor(innerHeight / 110));
+    const to = { ArrowDown: at + 1, ArrowUp: at - 1, PageDown: at + page, PageUp: at - page, Home: 0, End: visible.length - 1 }[event.key];
+    if (to === undefined || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    if (event.key === "ArrowUp" && at === 0) search.focus();
+    else focusRow(visible[Math.min(Math.max(to, 0), visible.length - 1)]);
+  });
+
+  function rowOf(name) {
+    const parts = {
+      link: h("a", { href: link(["axis", name]), tabindex: -1 }, name), sign: h("span", { class: "icon" }), state: h("span", { class: "state" }),
+      text: h("span", { class: "why" }), figures: h("dl", { class: "values" }), data: h("span", { class: "data" }),
+    };
+    const row = h("div", { role: "listitem", class: "row", "data-axis": name },
+      h("div", { class: "row-head" }, parts.sign, parts.link, parts.state), parts.data, parts.text, parts.figures);
+    row.addEventListener("click", (event) => { if (!event.target.closest("a") && !String(getSelection())) parts.link.click(); });
+    observer.observe(row);
+    return { row, ...parts, slots: [], kind: null };
+  }
+
+  function fill(name, now = performance.now()) {
+    const axis = fleet.axes.get(name);
+    const r = rows.get(name);
+    if (!axis || !r) return;
+    const stale = isStale(axis, now);
+    const kind = SIGN[groupOf(axis, now)];
+    if (r.kind !== kind) {
+      r.sign.replaceChildren(sign(kind));
+      r.row.className = `row ${kind}`;
+      r.kind = kind;
+    }
+    mark(r.row, "data-stale", stale);
+    const age = ageOf(axis, now);
+    say(r.state, stale ? `No data for ${duration(age)}` : axis.state === "following" ? (axis.trusted ? "Trusted" : "Not trusted") : stateText(axis.state));
+    say(r.text, axis.worst_alarm ? `${axis.unacknowledged ? "Alarm" : "Acknowledged alarm"}: ${axis.worst_alarm.text}` + (axis.alarms > 1 ? ` (and ${axis.alarms - 1} more)` : "")
+      : axis.trusted && !stale ? "" : axis.why ?? "");
+    say(r.data, stale ? "" : age === null ? "no data yet" : `${duration(age)} old, latency ${latencyText(axis.seen_latency_s ?? axis.latency_s)}`);
+    fillFigures(r, axis);
+  }
+
+  function fillFigures(r, axis) {
+    const names = orderedFigures(axis.figures).filter((name) => Number.isFinite(axis.figures[name].value));
+    const usual = FIGURES.map((f) => names.find((name) => name.startsWith(f))).filter(Boolean);
+    let some = [...usual, ...names.filter((name) => !usual.includes(name))].slice(0, FIGURES.length);
+    const most = mostChanged(axis.figures);
+    if (most && most.sigmas > CHANGED && !some.includes(most.name)) some = [...some.slice(0, FIGURES.length - 1), most.name];
+    while (r.slots.length < some.length) {
+      const slot = { name: h("dt", {}), value: h("dd", {}), change: h("dd", { class: "change" }) };
+      slot.part = h("div", {}, slot.name, slot.value, slot.change);
+      r.slots.push(slot);
+      r.figures.append(slot.part);
+    }
+    r.slots.forEach((slot, i) => {
+      mark(slot.part, "hidden", i >= some.length);
+      if (i >= some.length) return;
+      const told = axis.figures[some[i]];
+      const figure = figureOf(some[i], told);
+      say(slot.name, figure.title);
+      say(slot.value, valueText(figure, told));
+      const beyond = beyondLimit(told);
+      say(slot.change, (changeText(figure, told) || "no baseline") + (beyond ? ", beyond its limit" : ""));
+      mark(slot.change, "data-beyond", beyond);
+    });
+  }
+
+  function order(now, force) {
+    const busy = now - touched < TOUCHED_MS;
+    const all = [...fleet.axes.values()];
+    const fresh = all.some((a) => !rows.has(a.name)) || rows.size !== all.length;
+    if (!force && !fresh && (busy || now - ordered < ORDER_MS)) return;
+    ordered = now;
+    for (const name of rows.keys()) {
+      if (!fleet.axes.has(name)) { rows.get(name).row.remove(); rows.delete(name); }
+    }
+    visible = worstFirst(all.filter((a) => matches(a, shown, now)), now).map((a) => a.name);
+    const wanted = new Set(visible);
+    for (const [name, r] of rows) if (!wanted.has(name) && r.row.isConnected) r.row.remove();
+    const focused = list.contains(document.activeElement) ? document.activeElement : null;
+    let place = list.firstChild;
+    for (const name of visible) {
+      if (!rows.has(name)) rows.set(name, rowOf(name));
+      const { row } = rows.get(name);
+      if (row === place) place = place.nextSibling;
+      else list.insertBefore(row, place);
+    }
+    // What is moved loses the focus.
+    if (focused?.isConnected && document.activeElement !== focused) focused.focus({ preventScroll: true });
+    if (!wanted.has(current)) setCurrent(visible[0] ?? null);
+    say(hits, all.length === 0 ? "No axes yet: the server waits for the first samples."
+      : visible.length === all.length ? plural(all.length, "axis", "axes") : `${plural(visible.length, "axis", "axes")} of ${all.length}`);
+  }
+
+  let filled = -Infinity;
+  const view = {
+    title: "Fleet", nav: "fleet", shortcut: () => search.focus(), remember: () => current,
+    restore: (name) => { if (name && rows.has(name)) { focusRow(name); rows.get(name).row.scrollIntoView({ block: "center" }); return true; } return false; },
+    query: (next) => {
+      shown = { q: next.q ?? "", show: next.show ?? "all" };
+      if (document.activeElement !== search) search.value = shown.q;
+      view.update(performance.now(), true);
+      return true;
+    },
+    update: (now, force = false) => {
+      if (!force && now - filled < 200) return;
+      filled = now;
+      order(now, force);
+      for (const name of seen) fill(name, now);
+      for (const { id, button, number } of filters) {
+        let n = 0;
+        for (const axis of fleet.axes.values()) if (FILTERS[id][1](axis, now)) n += 1;
+        say(number, String(n));
+        mark(button, "aria-pressed", id === shown.show);
+      }
+    },
+    leave: () => observer.disconnect(),
+  };
+  view.update(performance.now(), true);
+  return view;
+}

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+// Starts the page: one stream, one clock of drawing, and the view that the URL names.
+import { list } from "../report/format.js";
+import { watchLayout } from "../report/plot.js";
+import { alarmView, alarmsView } from "./alarms.js";
+import { get } from "./api.js";
+import { axisView } from "./axis.js";
+import { compareView } from "./compare.js";
+import { h, say } from "./dom.js";
+import { fleetView } from "./fleet.js";
+import { Fleet } from "./model.js";
+import { parse } from "./route.js";
+import { statusView } from "./status.js";
+import { Stream } from "./stream.js";
+import { drawTop } from "./top.js";
+import { isOpen, plural } from "./words.js";
+
+/** All axes are asked for anew this often: what a frame left out, and the clock's difference. */
+const RESYNC_MS = 60000;
+/** Texts and curves change no more often; nobody reads faster. */
+const TICK_MS = 100;
+/** New alarms within this time are told together. */
+const GATHER_MS = 1500;
+
+const main = document.getElementById("content");
+const fleet = new Fleet();
+const alarms = new Map();
+const unixNow = () => Date.now() / 1000;
+const serverNow = () => unixNow() + fleet.offset.s;
+let view = null;
+let shownPath = "";
+/** Where the focus was on a page that may be come back to. */
+const places = new Map();
+
+async function resync() {
+  const asked = unixNow();
+  try {
+    const answer = await get("axes");
+    fleet.calibrate(answer.time_s, asked, unixNow());
+    fleet.replace(list(answer.axes), performance.now());
+    view?.update(performance.now(), true);
+  } catch (error) {
+    console.warn("axes:", error.message);
+  }
+}
+
+async function reloadAlarms() {
+  try {
+    for (const alarm of list((await get("alarms?limit=1000")).alarms)) alarms.set(alarm.id, alarm);
+  } catch (error) {
+    console.warn("alarms:", error.message);
+  }
+}
+
+const fresh = [];
+let telling = 0;
+const tellNew = () => {
+  telling = 0;
+  const newest = fresh[fresh.length - 1];
+  if (!newest) return;
+  say(document.getElementById("announce"), fresh.length === 1 ? `New alarm on ${newest.axis}: ${newest.text}` : `${plural(fresh.length, "new alarm")}, the newest on ${newest.axis}: ${newest.text}`);
+  fresh.length = 0;
+};
+
+function alarmEvent(alarm) {
+  const old = alarms.get(alarm.id);
+  alarms.set(alarm.id, alarm);
+  if (alarm.active && isOpen(alarm) && !alarm.acknowledged && !(old?.active && !old.acknowledged)) {
+    fresh.push(alarm);
+    if (!telling) telling = setTimeout(tellNew, GATHER_MS);
+  }
+}
+
+const stream = new Stream({
+  frame: (frame) => fleet.frame(frame, performance.now(), unixNow()),
+  alarm: alarmEvent,
+  response: (event) => view?.response?.(event),
+  state: (state) => {
+    if (state === "open") { resync(); reloadAlarms(); }
+    say(document.getElementById("announce"), state === "broken" ? "Connection lost, trying again" : state === "open" ? "Connected" : "");
+    document.body.dataset.connection = state;
+  },
+});
+
+const VIEWS = { "": fleetView, axis: axisView, alarms: alarmsView, alarm: alarmView, status: statusView };
+const top = drawTop(document.getElementById("top"));
+
+function notFound(root) {
+  root.append(h("h1", {}, "Not found"), h("p", {}, h("a", { href: "#/" }, "To the fleet")));
+  return { title: "Not found", nav: "", update: () => {} };
+}
+
+function route() {
+  const { path, query } = parse(location.hash);
+  const key = path.join("/");
+  if (view && key === shownPath && view.query?.(query, path)) return;
+  if (view) {
+    if (view.remember) places.set(shownPath, view.remember());
+    view.leave?.();
+  }
+  const first = view === null;
+  const build = path[0] === "axis" ? (path[2] === "compare" ? compareView : path[1] ? axisView : notFound) : VIEWS[path[0] ?? ""] ?? notFound;
+  main.replaceChildren();
+  shownPath = key;
+  view = build(main, { fleet, alarms, path, query, serverNow, reloadAlarms });
+  stream.follow(view.axis ?? null);
+  top.current(view.nav);
+  view.update(performance.now(), true);
+  scrollTo(0, 0);
+  // A new page is read from its heading; on the way back the focus returns to where it was.
+  if (!first && !view.restore?.(places.get(key))) {
+    const title = main.querySelector("h1");
+    title.tabIndex = -1;
+    title.focus({ preventScroll: true });
+  }
+}
+
+addEventListener("hashchange", route);
+addEventListener("keydown", (event) => {
+  if (event.key !== "/" || event.ctrlKey || event.metaKey || event.altKey || event.target.closest("input, textarea, select, dialog")) return;
+  event.preventDefault();
+  if (view.shortcut) view.shortcut();
+  else location.hash = "#/";
+});
+
+let ticked = -Infinity;
+function tick(now) {
+  requestAnimationFrame(tick);
+  if (now - ticked < TICK_MS) return;
+  ticked = now;
+  top.update({ fleet, stream, now: performance.now(), axis: view?.axis });
+  view?.update(performance.now());
+  const title = `${view?.title ?? ""} – resonid`;
+  const open = [...fleet.axes.values()].reduce((n, a) => n + (a.unacknowledged ?? 0), 0);
+  const text = (open ? `(${open}) ` : "") + title;
+  if (document.title !== text) document.title = text;
+}
+
+watchLayout(main);
+resync();
+reloadAlarms();
+setInterval(resync, RESYNC_MS);
+route();
+requestAnimationFrame(tick);

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+// What the page knows of the fleet, from the interface's answers and frames. Pure functions and one class without a clock of its own.
+import { isNumber } from "../report/format.js";
+import { beyondLimit, severityOf, sigmas } from "./words.js";
+
+/** Without samples for so long an axis counts as stale, whatever the server last said of it. */
+export const STALE_S = 5;
+
+export class Fleet {
+  axes = new Map();
+  /** performance.now() of the newest frame. */
+  received = null;
+  /** Server's UNIX time less the browser's, and half the time that a question took: how well it is known. */
+  offset = { s: 0, half: Infinity };
+
+  /** All axes, as /api/v1/axes tells them; those that it lacks are gone. */
+  replace(list, now) {
+    const names = new Set(list.map((a) => a.name));
+    for (const name of this.axes.keys()) if (!names.has(name)) this.axes.delete(name);
+    for (const axis of list) this.merge(axis.name, axis, now);
+    this.received = now;
+  }
+
+  /** A frame tells parts of some axes. */
+  frame({ time_s: time, axes }, now, unixNow) {
+    const transit = isNumber(time) ? Math.max(0, unixNow + this.offset.s - time) : 0;
+    for (const [name, status] of Object.entries(axes ?? {})) {
+      this.merge(name, status, now);
+      const axis = this.axes.get(name);
+      // From the sample to this page: what the server needed, and the way here.
+      if (isNumber(axis.latency_s)) axis.seen_latency_s = axis.latency_s + transit;
+    }
+    this.received = now;
+  }
+
+  merge(name, status, now) {
+    const old = this.axes.get(name) ?? { name, figures: {} };
+    const figures = { ...old.figures };
+    for (const [key, figure] of Object.entries(status.figures ?? {})) figures[key] = { ...figures[key], ...figure };
+    const next = { ...old, ...status, name, figures, told_at: isNumber(status.age_s) ? now : old.told_at ?? now };
+    // Without an alarm a status lacks the field; a frame that tells the number of alarms tells this, too.
+    if ("alarms" in status && !("worst_alarm" in status) && status.alarms === 0) delete next.worst_alarm;
+    this.axes.set(name, next);
+  }
+
+  /** The clock's difference by a question asked at `asked` and answered at `answered` (both UNIX, the browser's). */
+  calibrate(time, asked, answered) {
+    const half = (answered - asked) / 2;
+    if (isNumber(time) && half <= this.offset.half * 1.5) this.offset = { s: time - (asked + answered) / 2, half };
+  }
+}
+
+/** Seconds since the newest sample of an axis. */
+export const ageOf = (axis, now) => (isNumber(axis.age_s) ? axis.age_s + Math.max(0, now - axis.told_at) / 1000 : null);
+
+export function isStale(axis, now) {
+  const age = ageOf(axis, now);
+  return axis.state === "stale" || (axis.state !== "waiting" && age !== null && age > STALE_S);
+}
+
+/** Why an axis stands where it does in the list: 4 unacknowledged alarm, 3 alarm, 2 not trusted, 1 no data, 0 well. */
+export function groupOf(axis, now) {
+  if (axis.unacknowledged > 0) return 4;
+  if (axis.alarms > 0) return 3;
+  if (isStale(axis, now) || axis.state === "waiting") return 1;
+  return axis.trusted ? 0 : 2;
+}
+
+/** Worst first: group, severity, most changed (in steps, so that noise moves nobody), name. */
+export function worstFirst(axes, now) {
+  const keyed = axes.map((axis) => ({
+    axis, group: groupOf(axis, now), severity: severityOf(axis.worst_alarm?.severity),
+    beyond: Object.values(axis.figures).some(beyondLimit) ? 1 : 0,
+  }));
+  keyed.sort((a, b) => b.group - a.group || b.severity - a.severity || b.beyond - a.beyond ||
+    a.axis.name.localeCompare(b.axis.name, "en", { numeric: true }));
+  return keyed.map((k) => k.axis);
+}
+
+export const FILTERS = {
+  all: ["All", () => true], alarms: ["With alarms", (a) => a.alarms > 0 || a.unacknowledged > 0],
+  untrusted: ["Not trusted", (a, now) => !a.trusted && !isStale(a, now)], stale: ["No data", isStale],
+};
+
+export function matches(axis, { q = "", show = "all" }, now) {
+  if (!(FILTERS[show] ?? FILTERS.all)[1](axis, now)) return false;
+  const text = `${axis.name} ${axis.why ?? ""} ${axis.worst_alarm?.text ?? ""} ${axis.source ?? ""} ${axis.verdict ?? ""}`.toLowerCase();
+  return q.toLowerCase().split(/\s+/).every((word) => text.includes(word));
+}
+
+/** The figure that changed most, by standard deviations. */
+export function mostChanged(figures) {
+  let best = null;
+  for (const [name, figure] of Object.entries(figures ?? {})) {
+    const s = sigmas(figure);
+    if (s > 0 && (!best || s > best.sigmas)) best = { name, figure, sigmas: s };
+  }
+  return best;
+}
+
+/** For the header: the youngest data and the longest way of those that deliver, alarms, and axes without data. */
+export function summary(axes, now) {
+  const out = { axes: axes.length, stale: 0, alarms: 0, unacknowledged: 0, age: null, latency: null };
+  for (const axis of axes) {
+    out.alarms += axis.alarms ?? 0;
+    out.unacknowledged += axis.unacknowledged ?? 0;
+    const age = ageOf(axis, now);
+    if (isStale(axis, now)) out.stale += 1;
+    else if (isNumber(axis.seen_latency_s)) out.latency = Math.max(out.latency ?? 0, axis.seen_latency_s);
+    if (age !== null && (out.age === null || age < out.age)) out.age = age;
+  }
+  return out;
+}

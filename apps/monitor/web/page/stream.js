@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+// The page's one stream of events: opened anew when it breaks, from the last event that was seen.
+
+/** Without an event for so long the connection is opened anew: a dead one tells nothing. */
+const SILENT_MS = 20000;
+const FIRST_WAIT_MS = 1000;
+const LONGEST_WAIT_MS = 10000;
+const EVENTS = ["frame", "alarm", "response"];
+
+export class Stream {
+  /** `handlers`: frame, alarm, response with the event's data; state(name) is one of "connecting", "open", "broken". */
+  constructor(handlers) {
+    this.handlers = handlers;
+    this.axis = null;
+    this.source = null;
+    this.lastId = "";
+    this.waits = FIRST_WAIT_MS;
+    this.state = "connecting";
+    this.brokenAt = null;
+    this.heard = performance.now();
+    setInterval(() => {
+      if (this.state === "open" && performance.now() - this.heard > SILENT_MS) this.reopen();
+    }, 2000);
+    addEventListener("online", () => { if (this.state === "broken") this.reopen(); });
+  }
+
+  /** Also the response and fast figures of one axis, or null. */
+  follow(axis) {
+    if (this.source !== null && axis === this.axis) return;
+    this.axis = axis;
+    this.open();
+  }
+
+  open() {
+    clearTimeout(this.timer);
+    this.source?.close();
+    const query = new URLSearchParams();
+    if (this.axis) query.set("axis", this.axis);
+    // A new EventSource cannot send the header Last-Event-ID; the browser's own reconnection does.
+    if (this.lastId) query.set("last_event_id", this.lastId);
+    const text = query.toString();
+    const source = new EventSource("api/v1/stream" + (text ? "?" + text : ""));
+    this.source = source;
+    source.onopen = () => {
+      this.waits = FIRST_WAIT_MS;
+      this.heard = performance.now();
+      this.become("open");
+    };
+    source.onerror = () => {
+      if (source !== this.source) return;
+      this.become("broken");
+      // The browser tries again by itself, unless the server refused.
+      if (source.readyState === EventSource.CLOSED) this.later();
+    };
+    for (const name of EVENTS) {
+      source.addEventListener(name, (event) => {
+        if (source !== this.source) return;
+        this.heard = performance.now();
+        if (event.lastEventId) this.lastId = event.lastEventId;
+        let data;
+        try {
+          data = JSON.parse(event.data);
+        } catch {
+          return console.error(`stream: ${name} is no JSON`);
+        }
+        this.handlers[name](data);
+      });
+    }
+  }
+
+  reopen() {
+    this.become("broken");
+    this.open();
+  }
+
+  later() {
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.open(), this.waits);
+    this.waits = Math.min(2 * this.waits, LONGEST_WAIT_MS);
+  }
+
+  become(state) {
+    if (state === this.state) return;
+    this.brokenAt = state === "broken" ? performance.now() : null;
+    this.state = state;
+    this.handlers.state(state);
+  }
+}

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+// The head of every page: whether the server is there, how old the data are, how long they took, how many alarms are active.
+import { h, mark, say, sign } from "./dom.js";
+import { ageOf, isStale, summary } from "./model.js";
+import { link } from "./route.js";
+import { duration, latencyText, plural } from "./words.js";
+
+const LINKS = [["fleet", "Fleet", []], ["alarms", "Alarms", ["alarms"]], ["status", "Status", ["status"]]];
+
+export function drawTop(header) {
+  const nav = header.querySelector("nav");
+  const links = new Map(LINKS.map(([id, title, path]) => [id, h("a", { href: link(path) }, title)]));
+  nav.append(...links.values());
+  const strip = header.querySelector("#strip");
+  const items = Object.fromEntries(["connection", "age", "latency", "alarms"].map((name) => {
+    const icon = h("span", { class: "icon" });
+    const text = h("span", {});
+    const item = h(name === "alarms" ? "a" : "span", { class: `item ${name}`, href: name === "alarms" ? link(["alarms"]) : null }, icon, text);
+    strip.append(item);
+    let shown = null;
+    return [name, (kind, words) => {
+      if (kind !== shown) {
+        icon.replaceChildren(...(kind ? [sign(kind)] : []));
+        item.className = `item ${name} ${kind ?? ""}`;
+        shown = kind;
+      }
+      say(text, words);
+    }];
+  }));
+  return {
+    current: (id) => { for (const [name, a] of links) mark(a, "aria-current", name === id ? "page" : null); },
+    update: ({ fleet, stream, now, axis }) => {
+      const axes = [...fleet.axes.values()];
+      const all = summary(axes, now);
+      if (stream.state === "open") items.connection("good", "Connected");
+      else if (stream.state === "broken") items.connection("bad", `Connection lost ${duration((now - stream.brokenAt) / 1000)} ago, trying again`);
+      else items.connection("wait", "Connecting");
+      // One axis' page tells of that axis, the others of all.
+      const one = axis ? fleet.axes.get(axis) : null;
+      const age = one ? ageOf(one, now) : all.age;
+      const stale = one ? isStale(one, now) : all.axes > 0 && all.stale === all.axes;
+      if (age === null) items.age("wait", "No data yet");
+      else if (stale) items.age("stale", `No data for ${duration(age)}`);
+      else items.age(null, `Data ${duration(age)} old` + (!one && all.stale ? `, ${plural(all.stale, "axis", "axes")} without data` : ""));
+      const latency = one ? one.seen_latency_s : all.latency;
+      items.latency(null, stale || latency === null || latency === undefined ? "Latency –" : `Latency ${latencyText(latency)}`);
+      if (all.alarms === 0 && all.unacknowledged === 0) items.alarms("good", "No alarm active");
+      else items.alarms(all.unacknowledged ? "bad" : "warning", `${plural(all.alarms, "alarm")} active` + (all.unacknowledged ? `, ${all.unacknowledged} not acknowledged` : ""));
+    },
+  };
+}

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+// Figures of one axis over minutes to years: means with their deviation, least and largest, alarms. The server thins to the width shown.
+import { drawChart } from "../report/chart.js";
+import { isNumber, list, prettyUnit, significant } from "../report/format.js";
+import { release } from "../report/plot.js";
+import { get, part } from "./api.js";
+import { grid, h, mark, say } from "./dom.js";
+import { tableOnDemand } from "./response.js";
+import { duration, figureOf, fromInput, moment, orderedFigures, toInput } from "./words.js";
+
+const SPANS = [[600, "10 min"], [3600, "1 h"], [6 * 3600, "6 h"], [86400, "1 day"], [7 * 86400, "1 week"], [30 * 86400, "1 month"], [365 * 86400, "1 year"], [5 * 365 * 86400, "5 years"]];
+const DEFAULT_SPAN = 3600;
+const PREFERRED = ["resonance", "stiffness", "modulus_margin"];
+const SHORTEST_S = 1;
+
+/** What is chosen by the URL: figures, and a span that ends now or two times. */
+export function chosen(query, names) {
+  const asked = (query.f ?? "").split(",").filter((f) => names.includes(f));
+  const preferred = names.filter((n) => PREFERRED.some((p) => n.startsWith(p)));
+  const [from, to] = [Number(query.from), Number(query.to)];
+  const fixed = query.from !== undefined && query.to !== undefined && isNumber(from) && isNumber(to) && to > from;
+  const span = Number(query.span) > 0 ? Number(query.span) : DEFAULT_SPAN;
+  return { figures: asked.length ? asked : preferred.length ? preferred : names.slice(0, 3), range: fixed ? [from, to] : null, span };
+}
+
+/** One figure's history as a chart of the report. */
+export function chartOf(name, told, history, [from, to], alarms, baseline) {
+  const figure = figureOf(name, told);
+  const unit = prettyUnit(figure.unit);
+  const f = history.figures?.[name] ?? {};
+  const x = list(history.time_s);
+  const value = list(f.value);
+  const at = (column, i) => (isNumber(list(column)[i]) ? list(column)[i] : null);
+  const trusted = (i) => (f.trusted ? f.trusted[i] !== false && f.trusted[i] !== 0 : true);
+  const y = x.map((_, i) => (trusted(i) ? at(value, i) : null));
+  const half = x.map((_, i) => (trusted(i) ? at(f.std, i) : null));
+  const bound = (sign) => y.map((v, i) => (v === null || half[i] === null ? null : v + sign * half[i]));
+  const curves = [
+    { name: figure.title + ", ± one standard deviation", mark: "line", x, y, lower: bound(-1), upper: bound(1) },
+    { name: "not trusted", mark: "faint", x, y: x.map((_, i) => (trusted(i) ? null : at(value, i))) },
+  ];
+  if (history.resolution !== "row" && f.min && f.max) curves.push({ name: "least … largest", mark: "band", x, y: [], lower: f.min, upper: f.max });
+  if (isNumber(baseline)) curves.push({ name: "baseline", mark: "dashed", x: [from, to], y: [baseline, baseline] });
+  const shapes = alarms.filter((a) => a.alarm === name || figureOf(a.alarm).title === figure.title)
+    .filter((a) => isNumber(a.raised_time_s) && a.raised_time_s < to && (a.cleared_time_s ?? Infinity) > from)
+    .map((a) => ({ kind: "rectangle", name: "not normal: alarm", x: Math.max(from, a.raised_time_s), x_end: Math.min(to, a.cleared_time_s ?? to) }));
+  return {
+    title: figure.title, section: "trends", x_label: "time", y_label: figure.title + (unit ? ` in ${unit}` : ""), time_x: true, log_x: false,
+    x_range: [from, to], curves, shapes,
+  };
+}
+
+export function trendsPart(root, { axis, setQuery, serverNow }) {
+  const resolution = h("p", { class: "explain", role: "status" });
+  const pick = h("div", { class: "chips", role: "group", "aria-label": "Figures" });
+  const spans = h("div", { class: "chips", role: "group", "aria-label": "Time shown" });
+  const [fromField, toField] = ["From", "To"].map((text) => h("input", { type: "datetime-local", step: 1, "aria-label": text }));
+  const move = h("div", { class: "chips", role: "group", "aria-label": "Move the time" });
+  const charts = h("div", { class: "trends" });
+  const problem = h("p", { class: "error", role: "alert" });
+  const evidence = h("p", { class: "small" });
+  const box = h("section", { class: "trend-box" }, h("h2", {}, "Trends"), resolution,
+    h("div", { class: "tools" }, pick), h("div", { class: "tools" }, spans, move,
+      h("form", { class: "range", onsubmit: (event) => { event.preventDefault(); const [a, b] = [fromInput(fromField.value), fromInput(toField.value)]; if (a !== null && b > a) choose([a, b]); else say(problem, "The end must lie after the beginning."); } },
+        h("label", {}, "from ", fromField), h("label", {}, "to ", toField), h("button", { type: "submit", class: "quiet" }, "Show"))),
+    problem, charts, evidence);
+  root.append(box);
+
+  let query = {};
+  let figures = {};
+  let names = [];
+  let what = null;
+  let shown = null; // { range, history }
+  let alarms = [];
+  let drawn = new Map();
+  let fetchedAt = -Infinity;
+  let running = null;
+  let zoomTimer = 0;
+  let picked = "";
+
+  const rangeNow = () => what.range ?? [serverNow() - what.span, serverNow()];
+  const choose = (range) => setQuery({ span: "", from: Math.round(range[0] * 1000) / 1000, to: Math.round(range[1] * 1000) / 1000 });
+  const spanButtons = SPANS.map(([span, text]) => h("button", { type: "button", "aria-pressed": "false", onclick: () => setQuery({ span: span === DEFAULT_SPAN ? "" : span, from: "", to: "" }) }, text));
+  spans.append(...spanButtons);
+  const shift = (by) => { const [a, b] = rangeNow(); const d = by * (b - a); choose([a + d, b + d]); };
+  const scale = (by) => { const [a, b] = rangeNow(); const half = Math.max(SHORTEST_S, (b - a) * by) / 2; const m = (a + b) / 2; choose(by > 1 ? [m - half, Math.min(m + half, serverNow())] : [m - half, m + half]); };
+  for (const [label, text, act] of [["Earlier", "◀", () => shift(-0.5)], ["Later", "▶", () => shift(0.5)], ["Zoom in", "+", () => scale(0.5)], ["Zoom out", "−", () => scale(2)]]) {
+    move.append(h("button", { type: "button", "aria-label": label, title: label, onclick: act }, text));
+  }
+
+  /** The mouse or the keyboard zoomed: what is shown then is asked for, and stands in the URL. */
+  function zoomed(low, high) {
+    if (!shown || !isNumber(low) || !isNumber(high)) return;
+    const [a, b] = shown.range;
+    const tiny = 0.002 * (b - a);
+    if (Math.abs(low - a) < tiny && Math.abs(high - b) < tiny) return clearTimeout(zoomTimer);
+    clearTimeout(zoomTimer);
+    zoomTimer = setTimeout(() => { if (high - low >= SHORTEST_S) choose([low, high]); }, 350);
+  }
+
+  function show() {
+    const { range, history } = shown;
+    for (const name of drawn.keys()) {
+      if (what.figures.includes(name)) continue;
+      release(drawn.get(name).part);
+      drawn.get(name).part.remove();
+      drawn.delete(name);
+    }
+    for (const name of what.figures) {
+      const chart = chartOf(name, figures[name], history, range, alarms, figures[name]?.baseline);
+      if (drawn.has(name)) {
+        drawn.get(name).update(chart);
+        continue;
+      }
+      const place = h("div", {});
+      const title = h("h3", { id: `trend-${name}` }, chart.title);
+      const figure = h("figure", { "aria-labelledby": `trend-${name}` }, title, place, tableOnDemand(`${chart.title} as a table`, () => historyTable(name, figures[name], shown.history)));
+      charts.append(figure);
+      drawn.set(name, { part: figure, update: drawChart(place, chart, { height: 210, onZoom: zoomed }) });
+    }
+    const [from, to] = range;
+    const kind = { row: "rows of one second", hour: "hourly means", day: "daily means" }[history.resolution] ?? history.resolution;
+    say(resolution, list(history.time_s).length ? `${moment(from)} to ${moment(to)} (${duration(to - from)}), from ${kind}. Drag over a chart to zoom; the back button undoes it.`
+      : `Nothing stored between ${moment(from)} and ${moment(to)}.`);
+    if (!box.contains(document.activeElement) || document.activeElement.type !== "datetime-local") {
+      fromField.value = toInput(from);
+      toField.value = toInput(to);
+    }
+    evidence.replaceChildren(h("a", { href: `api/v1/axes/${part(axis)}/raw?from=${from.toFixed(3)}&to=${to.toFixed(3)}`, download: `${axis}.csv` }, "Raw samples of this time as CSV"));
+  }
+
+  async function fetchNow() {
+    fetchedAt = performance.now();
+    running?.abort();
+    const mine = new AbortController();
+    running = mine;
+    const range = rangeNow();
+    const points = Math.min(2000, Math.max(200, charts.clientWidth || 600));
+    try {
+      const [history, told] = await Promise.all([
+        get(`axes/${part(axis)}/history?figure=${what.figures.map(part).join(",")}&from=${range[0].toFixed(3)}&to=${range[1].toFixed(3)}&points=${points}`, mine.signal),
+        get(`alarms?axis=${part(axis)}&limit=200`, mine.signal)]);
+      if (running !== mine) return;
+      alarms = list(told.alarms);
+      shown = { range, history };
+      say(problem, "");
+      show();
+    } catch (error) {
+      if (error.name !== "AbortError" && running === mine) say(problem, `Trends could not be loaded: ${error.message}`);
+    } finally {
+      if (running === mine) running = null;
+    }
+  }
+
+  return {
+    query: (next) => { query = next; what = null; fetchedAt = -Infinity; },
+    update: (now, told) => {
+      figures = told;
+      const all = orderedFigures(told);
+      if (all.length === 0) return;
+      if (what === null || all.length !== names.length) {
+        names = all;
+        what = chosen(query, names);
+        fetchedAt = -Infinity;
+        for (const [i, [span]] of SPANS.entries()) mark(spanButtons[i], "aria-pressed", what.range === null && span === what.span);
+        const key = names.join();
+        if (picked !== key) {
+          picked = key;
+          pick.replaceChildren(...names.map((name) => h("button", {
+            type: "button", "data-figure": name, onclick: () => {
+              const next = names.filter((n) => (n === name) !== what.figures.includes(n));
+              if (next.length) setQuery({ f: next.join(",") });
+            },
+          }, figureOf(name, figures[name]).title)));
+        }
+        for (const button of pick.children) mark(button, "aria-pressed", what.figures.includes(button.dataset.figure));
+      }
+      // A time that ends now goes on; one that is past stays.
+      const every = what.range ? Infinity : Math.max(2000, (1000 * what.span) / 400);
+      if (!running && (fetchedAt === -Infinity || now - fetchedAt > every) && document.visibilityState === "visible") fetchNow();
+    },
+    reload: () => { fetchedAt = -Infinity; },
+    leave: () => { running?.abort(); clearTimeout(zoomTimer); release(box); },
+  };
+}
+
+function historyTable(name, told, history) {
+  const figure = figureOf(name, told);
+  const unit = figure.unit ? `, ${prettyUnit(figure.unit)}` : "";
+  const f = history.figures?.[name] ?? {};
+  const cell = (column, i) => (isNumber(list(column)[i]) ? significant(column[i], 5) : "–");
+  return grid(["Time", figure.title + unit, "Standard deviation", "Least", "Largest", "Trusted"], list(history.time_s).map((t, i) =>
+    [moment(t), cell(f.value, i), cell(f.std, i), cell(f.min, i), cell(f.max, i), f.trusted ? (f.trusted[i] ? "yes" : "no") : "–"]),
+  { caption: `${figure.title} over time`, numeric: [1, 2, 3, 4], className: "numbers" });
+}

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: MIT
+// What the interface's names mean to a reader. Pure functions.
+import { interval, isNumber, plain, plusMinus, prettyUnit, significant, words } from "../report/format.js";
+
+/** Name, unit, and whether a change is told in percent of the baseline. */
+const FIGURES = {
+  resonance: ["Resonance", "Hz", true], antiresonance: ["Anti-resonance", "Hz", true], stiffness: ["Stiffness", "Nm/rad", true],
+  driven_inertia: ["Motor inertia", "kgm2", true], load_inertia: ["Load inertia", "kgm2", true], damping: ["Damping", "Nms/rad", true],
+  coulomb_friction: ["Dry friction", "Nm", true], load_torque: ["Load torque", "Nm", false], modulus_margin: ["Modulus margin", "", false],
+  phase_margin: ["Phase margin", "°", false], gap: ["Gap to baseline", "", false],
+};
+const ORDER = Object.keys(FIGURES);
+const SUFFIX = /_(hz|deg|nm_per_rad|nm_rad|kgm2|nms_per_rad|nm)$/;
+const bare = (name) => String(name).replace(/-/g, "_").replace(SUFFIX, "");
+
+/** What is known of a figure by its name in the interface ("resonance_hz"); the interface's own unit wins. */
+export function figureOf(name, told = {}) {
+  const [title, unit, relative] = FIGURES[bare(name)] ?? [words(bare(name)), "", false];
+  return { name, title, unit: told.unit === "deg" ? "°" : told.unit ?? unit, relative };
+}
+
+/** Figures of an axis in the order in which they are always shown. */
+export function orderedFigures(figures) {
+  const place = (name) => (ORDER.includes(bare(name)) ? ORDER.indexOf(bare(name)) : ORDER.length);
+  return Object.keys(figures ?? {}).sort((a, b) => place(a) - place(b));
+}
+
+/** "15.09 ± 0.10 Hz", ± one standard deviation. */
+export function valueText(figure, { value, std } = {}) {
+  return interval(value, std, figure.unit);
+}
+
+/** A value with its sign and deviation: "+0.12 ± 0.03". */
+function signed(value, std, unit) {
+  const parts = plusMinus(value, std);
+  if (parts.value === "–") return "–";
+  const head = value > 0 && !parts.value.startsWith("+") ? "+" + parts.value : parts.value;
+  const tail = unit === "%" ? "\u00a0%" : unit ? " " + prettyUnit(unit) : "";
+  if (!parts.half) return head + tail;
+  const body = `${head} ± ${parts.half}`;
+  return (parts.times || unit === "%" ? `(${body})${parts.times ?? ""}` : body) + tail;
+}
+
+/** Change against the baseline, in percent where that says more; empty where there is none. */
+export function changeText(figure, { change, change_std: std, baseline } = {}) {
+  if (!isNumber(change)) return "";
+  if (figure.relative && isNumber(baseline) && baseline !== 0) {
+    const part = 100 / Math.abs(baseline);
+    return signed(change * part, isNumber(std) ? std * part : null, "%");
+  }
+  return signed(change, std, figure.unit);
+}
+
+/** How many standard deviations a change is; 0 where that is not known. */
+export function sigmas({ change, change_std: std } = {}) {
+  return isNumber(change) && isNumber(std) && std > 0 ? Math.abs(change) / std : 0;
+}
+
+export function beyondLimit({ change, limit } = {}) {
+  return isNumber(change) && isNumber(limit) && limit > 0 && Math.abs(change) > limit;
+}
+
+/** "0.2 s", "12 s", "3 min", "5 h", "2 days". */
+export function duration(seconds) {
+  if (!isNumber(seconds)) return "–";
+  const s = Math.max(0, seconds);
+  if (s < 0.0095) return "0.01 s";
+  if (s < 9.95) return `${plain(s, s < 1 ? 1 : 2)} s`;
+  if (s < 119.5) return `${Math.round(s)} s`;
+  if (s < 119.5 * 60) return `${Math.round(s / 60)} min`;
+  if (s < 47.5 * 3600) return `${Math.round(s / 3600)} h`;
+  return `${Math.round(s / 86400)} days`;
+}
+
+/** Latencies: "84 ms", "1.2 s". */
+export function latencyText(seconds) {
+  if (!isNumber(seconds)) return "–";
+  return seconds < 1 ? `${Math.max(1, Math.round(1000 * seconds))} ms` : duration(seconds);
+}
+
+const two = (n) => String(n).padStart(2, "0");
+
+/** UNIX seconds in the reader's time zone: "2026-11-29 02:03:04". */
+export function moment(seconds, withSeconds = true) {
+  if (!isNumber(seconds)) return "–";
+  const d = new Date(1000 * seconds);
+  const day = `${d.getFullYear()}-${two(d.getMonth() + 1)}-${two(d.getDate())}`;
+  return `${day} ${two(d.getHours())}:${two(d.getMinutes())}${withSeconds ? ":" + two(d.getSeconds()) : ""}`;
+}
+
+/** For <input type="datetime-local">, and back. */
+export const toInput = (seconds) => moment(seconds).replace(" ", "T");
+export function fromInput(text) {
+  const ms = new Date(text).getTime();
+  return Number.isFinite(ms) ? ms / 1000 : null;
+}
+
+/** "0.3 % chance" of sigma, told as how sure: "more than 99.9 %". */
+export function sureText(sure) {
+  if (!isNumber(sure)) return "";
+  if (sure > 0.9999) return "more than 99.99\u00a0%";
+  return `${plain(100 * sure, sure > 0.99 ? 4 : 3)}\u00a0%`;
+}
+
+const STATES = {
+  waiting: "Waiting for samples", learning: "Learning", following: "Following", stale: "No data", refused: "Refused",
+};
+export const stateText = (state) => STATES[state] ?? words(state ?? "unknown");
+
+const VERDICTS = {
+  trusted: "Trusted", "not-measured": "Nothing measured yet", "not-ready": "Not ready", stopped: "Stopped by a limit", "samples-missing": "Samples missing",
+  "not-excited": "Not excited", unphysical: "Not physical", "outside-lines": "Outside the excited lines", "not-converged": "Not converged",
+  "residual-grown": "Residual grown",
+};
+export const verdictText = (verdict) => VERDICTS[verdict] ?? words(verdict ?? "unknown");
+
+/** What each gate asks, and what its failing means. */
+export const GATES = {
+  ready: ["Ready", "enough samples since the start", "too few samples since the start"],
+  complete: ["Complete", "no samples missing lately", "samples are missing"],
+  excited: ["Excited", "the drive moves enough to be identified", "the drive does not move enough to be identified"],
+  physical: ["Physical", "masses, stiffness and damping are positive", "the estimate is no possible machine"],
+  covered: ["Covered", "the resonance lies within the excited frequencies", "the resonance lies outside of the excited frequencies"],
+  converged: ["Converged", "the standard deviations are small enough", "the standard deviations are still too large"],
+  residual: ["Explained", "the residual is as small as usual", "the residual has grown: the model does not explain the data"],
+};
+
+const SEVERITY = { urgent: 4, critical: 4, error: 3, high: 3, warning: 2, medium: 2, info: 1, low: 1 };
+/** Higher is worse; numbers (OPC UA: 1 ... 1000) stay. */
+export const severityOf = (severity) => (isNumber(severity) ? severity : SEVERITY[String(severity).toLowerCase()] ?? 0);
+export const severityText = (severity) => (isNumber(severity) ? `severity ${severity}` : words(severity ?? ""));
+
+/** States of an alarm as words, the most important first. */
+export function alarmStates(alarm) {
+  const out = [alarm.active ? "active" : "cleared"];
+  if (!alarm.acknowledged) out.push("not acknowledged");
+  else out.push("acknowledged");
+  if (alarm.latched) out.push("latched until reset");
+  if (alarm.shelved) out.push(isNumber(alarm.shelved.until_time_s) ? `shelved until ${moment(alarm.shelved.until_time_s, false)}` : "shelved");
+  if (alarm.suppressed) out.push(`suppressed: ${words(alarm.suppressed).toLowerCase()}`);
+  return out;
+}
+
+/** An alarm that asks a person for something. */
+export const isOpen = (alarm) => !alarm.shelved && !alarm.suppressed && (alarm.active || !alarm.acknowledged || alarm.latched === true);
+
+/** "from 143.7 to 136.4 Nm/rad, by −7.3 ± 0.8 Nm/rad (−5.1 %), 9.1 standard deviations". */
+export function alarmChange(alarm) {
+  const c = alarm.change;
+  if (!c || !isNumber(c.size)) return "";
+  const { unit } = figureOf(alarm.alarm, c);
+  const parts = [];
+  if (isNumber(c.before) && isNumber(c.after)) {
+    const tail = unit ? " " + prettyUnit(unit) : "";
+    parts.push(`from ${interval(c.before, c.std)}${tail} to ${interval(c.after, c.std)}${tail}`);
+  }
+  const share = isNumber(c.relative) ? ` (${signed(100 * c.relative, null, "%")})` : "";
+  parts.push(`by ${signed(c.size, c.std, unit)}${share}`);
+  if (isNumber(c.sigma)) parts.push(`${significant(Math.abs(c.sigma), 2)} standard deviations`);
+  if (isNumber(c.sure)) parts.push(`sure by ${sureText(c.sure)}`);
+  return parts.join(", ");
+}
+
+export const bytesText = (bytes) => {
+  if (!isNumber(bytes)) return "–";
+  const step = [[1e12, "TB"], [1e9, "GB"], [1e6, "MB"], [1e3, "kB"]].find(([size]) => bytes >= size);
+  return step ? `${plain(bytes / step[0], 3)} ${step[1]}` : `${bytes} B`;
+};
+
+/** 1234567 -> "1 234 567". */
+export const count = (n) => (isNumber(n) ? String(Math.round(n)).replace(/\B(?=(\d{3})+$)/g, "\u202f") : "–");
+
+export const plural = (n, one, many = one + "s") => `${count(n)} ${n === 1 ? one : many}`;

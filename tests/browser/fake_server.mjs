@@ -1,0 +1,447 @@
+// SPDX-License-Identifier: MIT
+// The interface of `resonid monitor` from a simulated fleet, for tests of the page and for looking at it:
+//   node fake_server.mjs [port] [number of axes]
+// What is measured depends on axis, figure and time alone; time runs as it does.
+import { readFileSync, existsSync } from "node:fs";
+import { createServer } from "node:http";
+import path from "node:path";
+import { fileURLToPath } from "node:url";
+
+const here = path.dirname(fileURLToPath(import.meta.url));
+const root = path.resolve(here, "../..");
+const PAGE = path.join(root, "apps/monitor/web/page");
+const REPORT = path.join(root, "src/report/web");
+const UPLOT = process.env.RESONID_UPLOT ?? path.join(REPORT, "node_modules/uplot");
+
+const TYPES = { ".html": "text/html; charset=utf-8", ".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8", ".svg": "image/svg+xml" };
+const SECURITY = {
+  "Content-Security-Policy": "default-src 'self'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'", "X-Content-Type-Options": "nosniff", "Cache-Control": "no-store",
+};
+
+// --- numbers
+
+function hash(text) {
+  let h = 2166136261;
+  for (const c of text) h = Math.imul(h ^ c.charCodeAt(0), 16777619);
+  h ^= h >>> 15; h = Math.imul(h, 2246822519); h ^= h >>> 13; h = Math.imul(h, 3266489917);
+  return (h ^ (h >>> 16)) >>> 0;
+}
+const uniform = (text) => (hash(text) + 0.5) / 2 ** 32;
+/** Normal by Box and Muller, the same for the same text. */
+const normal = (text) => Math.sqrt(-2 * Math.log(uniform(text + "r"))) * Math.cos(2 * Math.PI * uniform(text + "p"));
+
+// --- machines: two masses with a belt between
+
+const FIGURES = ["resonance_hz", "antiresonance_hz", "stiffness", "driven_inertia", "load_inertia", "damping", "coulomb_friction", "modulus_margin", "phase_margin_deg", "gap"];
+const UNITS = { resonance_hz: "Hz", antiresonance_hz: "Hz", stiffness: "Nm/rad", driven_inertia: "kgm2", load_inertia: "kgm2", damping: "Nms/rad", coulomb_friction: "Nm", modulus_margin: "", phase_margin_deg: "deg", gap: "" };
+const RELATIVE_STD = { resonance_hz: 0.004, antiresonance_hz: 0.005, stiffness: 0.008, driven_inertia: 0.01, load_inertia: 0.012, damping: 0.05, coulomb_friction: 0.03, modulus_margin: 0.02, phase_margin_deg: 0.02, gap: 0.2 };
+const NAMES = ["belt-1", "conveyor-7", "feeder-a", "feeder-b", "gantry-x", "gantry-y", "lift-3", "palletizer-9", "press-2", "rotary-4", "spindle-1", "winder-5"];
+
+const machineOf = (name) => {
+  const u = (what) => uniform(name + what);
+  return { j1: 0.02 * (1 + u("j1")), j2: 0.03 * (1 + u("j2")), k: 100 * (1 + u("k")), d: 0.02 * (1 + u("d")), friction: 0.3 * (1 + u("f")) };
+};
+
+/** [real, imag] */
+const mul = ([a, b], [c, d]) => [a * c - b * d, a * d + b * c];
+const div = ([a, b], [c, d]) => { const n = c * c + d * d; return [(a * c + b * d) / n, (b * c - a * d) / n]; };
+const add = ([a, b], [c, d]) => [a + c, b + d];
+
+/** Torque to the motor's velocity at one frequency. */
+function responseAt({ j1, j2, k, d }, f) {
+  const s = [0, 2 * Math.PI * f];
+  const s2 = mul(s, s);
+  const shaft = [k, d * s[1]];
+  const load = add([j2 * s2[0], j2 * s2[1]], shaft);
+  const motor = add([j1 * s2[0], j1 * s2[1]], shaft);
+  return div(mul(s, load), add(mul(motor, load), mul([-shaft[0], -shaft[1]], shaft)));
+}
+
+/** A PI controller whose gain the machine was commissioned with, and 2 ms of delay. */
+function loopAt(machine, commissioned, f) {
+  const w = 2 * Math.PI * f;
+  const gain = 2 * Math.PI * 6 * (commissioned.j1 + commissioned.j2) * 0.55;
+  const c = [gain, -gain * 6 / w];
+  return mul(mul(c, [Math.cos(-w * 0.002), Math.sin(-w * 0.002)]), responseAt(machine, f));
+}
+
+const GRID = Array.from({ length: 120 }, (_, i) => 1 * 120 ** (i / 119));
+
+function marginsOf(machine, commissioned) {
+  let modulus = Infinity;
+  let phase = null;
+  let before = null;
+  for (let f = 0.5; f < 200; f *= 1.01) {
+    const l = loopAt(machine, commissioned, f);
+    modulus = Math.min(modulus, Math.hypot(l[0] + 1, l[1]));
+    const size = Math.hypot(...l);
+    if (before !== null && before >= 1 && size < 1 && phase === null) phase = 180 + (Math.atan2(l[1], l[0]) * 180) / Math.PI;
+    before = size;
+  }
+  return { modulus, phase: phase > 180 ? phase - 360 : phase };
+}
+
+const valuesOf = (m, commissioned) => {
+  const margins = marginsOf(m, commissioned);
+  return {
+    resonance_hz: Math.sqrt(m.k * (1 / m.j1 + 1 / m.j2)) / (2 * Math.PI), antiresonance_hz: Math.sqrt(m.k / m.j2) / (2 * Math.PI), stiffness: m.k,
+    driven_inertia: m.j1, load_inertia: m.j2, damping: m.d, coulomb_friction: m.friction, modulus_margin: margins.modulus, phase_margin_deg: margins.phase,
+    gap: 0.002 + 1.2 * Math.abs(m.k / commissioned.k - 1),
+  };
+};
+
+export class Simulation {
+  constructor({ axes = 12, now = Date.now() / 1000 } = {}) {
+    this.start = now;
+    this.names = [...NAMES];
+    for (let i = NAMES.length; i < axes; ++i) this.names.push(`axis-${i}`);
+    this.names = this.names.slice(0, axes);
+    this.commissioned = new Map(this.names.map((n) => [n, machineOf(n)]));
+    this.cache = new Map();
+    this.baselines = new Map(this.names.map((n) => [n, [{ id: 1, time_s: now - 40 * 86400, who: "commissioning", reason: "first run", figures: this.figuresWithStd(n, valuesOf(this.commissioned.get(n), this.commissioned.get(n))) }]]));
+    this.base = new Map(this.names.map((n) => [n, this.commissioned.get(n)]));
+    this.samples = new Map();
+    this.alarms = new Map();
+    this.events = [];
+    this.maintained = new Map();
+    this.pause = 0;
+    this.addAlarms();
+  }
+
+  figuresWithStd(name, values) {
+    return Object.fromEntries(FIGURES.map((f) => [f, { value: values[f], std: this.stdOf(f, values) }]));
+  }
+
+  stdOf(f, values) {
+    return f === "gap" ? 0.004 : RELATIVE_STD[f] * Math.abs(values[f]);
+  }
+
+  /** belt-1 loosens: 5 % in half an hour before the start, then 0.4 % a second; winder-5 has another load. */
+  machineAt(name, t) {
+    const m = { ...this.commissioned.get(name) };
+    const since = t - (this.start - 1800);
+    if (name === "belt-1" && since > 0) m.k *= 1 - 0.05 * Math.min(1, since / 1800) - Math.min(0.25, 0.004 * Math.max(0, t - this.start));
+    if (name === "winder-5" && t > this.start - 86400) m.j2 *= 1.3;
+    m.k *= 1 + 0.004 * Math.sin((2 * Math.PI * t) / 86400 + hash(name));
+    return m;
+  }
+
+  valuesAt(name, t) {
+    // Once a tenth of a second: the margins are a search.
+    const key = Math.round(10 * t);
+    const old = this.cache.get(name);
+    if (old?.key === key) return old.values;
+    const values = valuesOf(this.machineAt(name, t), this.commissioned.get(name));
+    this.cache.set(name, { key, values });
+    return values;
+  }
+
+  stateOf(name) {
+    if (name === "press-2") return { state: "stale", trusted: false, verdict: "samples-missing", why: "no samples arrive" };
+    if (name === "conveyor-7") return { state: "following", trusted: false, verdict: "not-excited", why: "the drive stands still: nothing moves it enough to be identified" };
+    if (name === "palletizer-9") return { state: "learning", trusted: false, verdict: "not-converged", why: "learning for 14 s of 60 s" };
+    return { state: "following", trusted: true, verdict: "trusted", why: "" };
+  }
+
+  ageOf(name, now) {
+    return name === "press-2" ? now - this.start + 412 : 0.03 + 0.02 * uniform(name);
+  }
+
+  statusOf(name, now, full = false) {
+    const t = now - this.ageOf(name, now);
+    const values = this.valuesAt(name, name === "press-2" ? this.start - 412 : now);
+    const base = valuesOf(this.base.get(name), this.commissioned.get(name));
+    const state = this.stateOf(name);
+    const figures = {};
+    for (const f of FIGURES) {
+      if (state.verdict === "not-excited" && !["resonance_hz", "stiffness"].includes(f)) continue;
+      const std = this.stdOf(f, values);
+      const value = values[f] + 0.6 * std * normal(`${name}${f}${Math.floor(2 * t)}`);
+      figures[f] = { value, std, unit: UNITS[f], baseline: base[f], change: value - base[f], change_std: std * 1.2, limit: f === "gap" ? 0.1 : 0.04 * Math.abs(base[f]) };
+    }
+    const mine = [...this.alarms.values()].filter((a) => a.axis === name && !a.shelved && !a.suppressed);
+    const active = mine.filter((a) => a.active);
+    const open = mine.filter((a) => !a.acknowledged);
+    const worst = [...open, ...active][0];
+    const n = Math.round((now - this.start + 3600) * 1000);
+    return {
+      name, ...state, age_s: this.ageOf(name, now), latency_s: 0.04 + 0.03 * uniform(name + "l"), rate_hz: 1000, sample: n, ...(worst ? { worst_alarm: { severity: worst.severity, text: worst.text } } : {}),
+      alarms: active.length, unacknowledged: open.length, figures,
+      samples: { received: n, missing: name === "feeder-b" ? 120 : 0, late: name === "feeder-b" ? 7 : 0, duplicate: 0, lost: 0 },
+      faults: name === "feeder-b" ? [{ kind: "format", count: 3, text: "line 17: <script>alert('no')</script> is no number" }] : [], source: name === "press-2" ? "plc" : "broker",
+      ...(full ? {
+        estimator: {
+          method: "physical", memory_s: 20, learned_s: state.state === "learning" ? 14 : 60, start: "plan",
+          gates: { ready: true, excited: state.verdict !== "not-excited", converged: state.verdict === "trusted", physical: true, residual: true, complete: state.state !== "stale", covered: true },
+        },
+        loop: { controller: "pi:2.1,12" }, baselines: this.baselines.get(name), configuration_hash: "9f1c04aa",
+      } : {}),
+    };
+  }
+
+  responseOf(name, now) {
+    const t = name === "press-2" ? this.start - 412 : now;
+    const curve = (machine, noisy) => {
+      const out = { frequency_hz: GRID, real: [], imag: [], std: [], coherence: [], loop: { real: [], imag: [], std: [] } };
+      GRID.forEach((f, i) => {
+        let g = responseAt(machine, f);
+        let l = loopAt(machine, this.commissioned.get(name), f);
+        const relative = 0.02 + 0.1 * Math.exp(-(Math.log(f / 2) ** 2)) * 0.3;
+        if (noisy) {
+          const e = [1 + 0.4 * relative * normal(`${name}${i}re${Math.floor(2 * t)}`), 0.4 * relative * normal(`${name}${i}im${Math.floor(2 * t)}`)];
+          g = mul(g, e);
+          l = mul(l, e);
+        }
+        out.real.push(g[0]); out.imag.push(g[1]); out.std.push(relative * Math.hypot(...g) + 0.004);
+        out.coherence.push(Math.max(0, Math.min(1, 1 - 3 * relative ** 1.5 - 0.02 * uniform(`${name}${i}`))));
+        out.loop.real.push(l[0]); out.loop.imag.push(l[1]); out.loop.std.push(relative * Math.hypot(...l));
+      });
+      return out;
+    };
+    const base = curve(this.base.get(name), false);
+    delete base.coherence;
+    return { axis: name, time_s: t, unit: "rad/s/Nm", ...curve(this.machineAt(name, t), true), baseline: base };
+  }
+
+  historyOf(name, names, from, to, points) {
+    const span = to - from;
+    const resolution = span <= 6 * 3600 ? "row" : span <= 60 * 86400 ? "hour" : "day";
+    const step = Math.max(span / points, { row: 1, hour: 3600, day: 86400 }[resolution]);
+    const out = { time_s: [], figures: Object.fromEntries(names.map((f) => [f, { value: [], std: [], min: [], max: [], trusted: [] }])), resolution };
+    const end = Math.min(to, name === "press-2" ? this.start - 412 : Date.now() / 1000);
+    for (let t = Math.ceil(from / step) * step; t <= end; t += step) {
+      if (t < this.start - 3 * 365 * 86400) continue;
+      out.time_s.push(t);
+      const values = valuesOf(this.machineAt(name, t), this.commissioned.get(name));
+      const hidden = name === "conveyor-7" || uniform(`${name}${Math.floor(t / (20 * step))}`) < 0.06;
+      for (const f of names) {
+        const column = out.figures[f];
+        const std = this.stdOf(f, values) * (hidden ? 4 : 1);
+        const value = values[f] + 0.5 * std * normal(`${name}${f}${Math.round(t)}`);
+        column.value.push(value); column.std.push(std); column.min.push(value - 2.5 * std); column.max.push(value + 2.5 * std); column.trusted.push(!hidden);
+      }
+    }
+    return out;
+  }
+
+  compare(name, a, b) {
+    const figures = {};
+    const [va, vb] = [a, b].map((t) => valuesOf(this.machineAt(name, t), this.commissioned.get(name)));
+    for (const f of FIGURES) {
+      const [sa, sb] = [this.stdOf(f, va) / 5, this.stdOf(f, vb) / 5];
+      const std = Math.hypot(sa, sb);
+      const sigma = Math.abs(vb[f] - va[f]) / std;
+      figures[f] = { unit: UNITS[f], a: { value: va[f], std: sa }, b: { value: vb[f], std: sb }, difference: vb[f] - va[f], std, sigma, significant: sigma > 3.5 };
+    }
+    return { axis: name, a_time_s: a, b_time_s: b, figures };
+  }
+
+  // --- alarms
+
+  addAlarms() {
+    const s = this.start;
+    if (this.names.includes("belt-1")) {
+      const k = this.commissioned.get("belt-1").k;
+      this.raise({
+        id: "belt-1.stiffness.1", axis: "belt-1", alarm: "stiffness", severity: "high", since_time_s: s - 1100, raised_time_s: s - 900,
+        text: `Stiffness fell by ${(0.03 * k).toFixed(1)} ± ${(0.006 * k).toFixed(1)} Nm/rad (3.0 %)`, cause: "stiffness fell, inertias are the same: belt or coupling",
+        change: { before: k, after: 0.97 * k, size: -0.03 * k, std: 0.006 * k, relative: -0.03, sigma: 5, sure: 0.9999994, unit: "Nm/rad" }, evidence: true,
+      }, s - 900);
+    }
+    if (this.names.includes("winder-5")) {
+      const j = this.commissioned.get("winder-5").j2;
+      this.raise({
+        id: "winder-5.load-inertia.4", axis: "winder-5", alarm: "load_inertia", severity: "medium", since_time_s: s - 86400, raised_time_s: s - 86390,
+        text: "Load inertia rose by 30.0 ± 1.4 %", cause: "load inertia rose: another load",
+        change: { before: j, after: 1.3 * j, size: 0.3 * j, std: 0.014 * j, relative: 0.3, sigma: 21, sure: 1, unit: "kgm2" }, evidence: true,
+      }, s - 86390);
+      this.act("winder-5.load-inertia.4", "acknowledge", { who: "Lee", reason: "full reel" }, s - 86000);
+    }
+    if (this.names.includes("press-2")) {
+      this.raise({ id: "press-2.stale.2", axis: "press-2", alarm: "stale", severity: "medium", since_time_s: s - 412, raised_time_s: s - 407, text: "No samples since 5 s", cause: "source plc: connection refused", evidence: false }, s - 407);
+      this.alarms.get("press-2.stale.2").shelved = { until_time_s: s + 3 * 3600, reason: "PLC is being replaced", who: "Lee" };
+    }
+  }
+
+  raise(alarm, time = Date.now() / 1000) {
+    const full = { active: true, acknowledged: false, latched: false, evidence: false, ...alarm };
+    this.alarms.set(full.id, full);
+    this.events.push({ time_s: time, alarm: full.id, axis: full.axis, transition: "raised", state: "active", text: full.text });
+    return full;
+  }
+
+  act(id, what, { who, reason, seconds, until_time_s: until }, time = Date.now() / 1000) {
+    const alarm = this.alarms.get(id);
+    if (what === "acknowledge") alarm.acknowledged = true;
+    if (what === "shelve") alarm.shelved = { until_time_s: until ?? time + seconds, reason, who };
+    if (what === "unshelve") delete alarm.shelved;
+    if (what === "reset") alarm.latched = false;
+    this.events.push({ time_s: time, alarm: id, axis: alarm.axis, transition: what, who, reason });
+    return alarm;
+  }
+
+  do(name, what, { who, reason, seconds }, time) {
+    if (what === "baseline") {
+      this.base.set(name, this.machineAt(name, time));
+      this.baselines.get(name).unshift({ id: this.baselines.get(name).length + 1, time_s: time, who, reason, figures: this.figuresWithStd(name, this.valuesAt(name, time)) });
+    }
+    if (what === "maintenance") this.maintained.set(name, time + seconds);
+    this.events.push({ time_s: time, axis: name, transition: what, who, reason });
+  }
+}
+
+// --- server
+
+const fault = (status, message, field = "") => Object.assign(new Error(message), { status, field });
+
+function files() {
+  const from = (folder, prefix, names) => names.map((name) => [prefix + name, path.join(folder, name)]);
+  return (name) => {
+    if (name === "/" || name === "/index.html") return path.join(PAGE, "index.html");
+    const map = { "/uplot.js": path.join(UPLOT, "dist/uPlot.iife.min.js"), "/uplot.css": path.join(UPLOT, "dist/uPlot.min.css") };
+    if (map[name]) return map[name];
+    const m = /^\/(page|report)\/([a-z_]+\.(?:js|css|svg))$/.exec(name);
+    return m ? path.join(m[1] === "page" ? PAGE : REPORT, m[2]) : null;
+  };
+}
+
+/** Starts the server. `token`: what writes need. Returns its address, its simulation, and how to disturb it. */
+export async function startServer({ axes = 12, token = null, port = 0, frameMs = 100 } = {}) {
+  const simulation = new Simulation({ axes });
+  const fileOf = files();
+  const sockets = new Set();
+  const streams = new Set();
+  const log = { posts: [], resumed: [], queries: [] };
+  const sent = []; // alarm events by id
+  let id = 0;
+  let down = false;
+
+  const write = (stream, name, data) => stream.response.write(`id: ${id}\nevent: ${name}\ndata: ${JSON.stringify(data)}\n\n`);
+  const broadcastAlarm = (alarm) => {
+    id += 1;
+    sent.push({ id, alarm: structuredClone(alarm) });
+    for (const stream of streams) write(stream, "alarm", alarm);
+  };
+
+  const openAlarms = (query) => {
+    const all = [...simulation.alarms.values()].filter((a) => !query.get("axis") || a.axis === query.get("axis"));
+    return { alarms: all.slice(0, Number(query.get("limit") ?? 100)) };
+  };
+
+  function read(parts, query, now) {
+    const [what, name, more] = parts;
+    if (what === "axes" && !name) return { time_s: now, axes: simulation.names.map((n) => simulation.statusOf(n, now)) };
+    if (what === "axes") {
+      if (!simulation.names.includes(name)) throw fault(404, `no axis ${name}`, "axis");
+      if (!more) return simulation.statusOf(name, now, true);
+      if (more === "response") return simulation.responseOf(name, now);
+      if (more === "compare") return simulation.compare(name, Number(query.get("a")), Number(query.get("b")));
+      if (more === "history") return simulation.historyOf(name, query.get("figure").split(","), Number(query.get("from")), Number(query.get("to")), Number(query.get("points")));
+    }
+    if (what === "alarms" && !name) return openAlarms(query);
+    if (what === "alarms" && more === "events") return { events: simulation.events.filter((e) => e.alarm === name) };
+    if (what === "audit") return { events: [...simulation.events].reverse() };
+    if (what === "status") {
+      return {
+        version: "0.1.0", started_time_s: simulation.start - 3600, uptime_s: now - simulation.start + 3600, axes: simulation.names.length,
+        sources: [{ name: "broker", kind: "mqtt", state: "connected", promise: "nothing lost while the broker's queue lasts", messages: 123456, bytes: 987654321, lost: 0, text: "" },
+          { name: "plc", kind: "tcp", state: "disconnected", promise: "nothing lost if the client keeps until acknowledged", messages: 4711, bytes: 1234567, lost: 12, text: "connection refused" }],
+        store: { bytes: 345678901, pending: 3, disk_full: false }, threshold: { false_alarm_interval_s: 3.6e6, per_figure_s: 3.6e6 * 12 * 11 },
+      };
+    }
+    throw fault(404, "no such path");
+  }
+
+  function change(parts, body, now) {
+    const [what, name, action] = parts;
+    if (!body.who) throw fault(400, "who: a name is needed", "who");
+    if (!body.reason) throw fault(400, "reason: a text is needed", "reason");
+    if (what === "alarms" && simulation.alarms.has(name) && ["acknowledge", "shelve", "unshelve", "reset"].includes(action)) {
+      const alarm = simulation.act(name, action, body, now);
+      broadcastAlarm(alarm);
+      return alarm;
+    }
+    if (what === "axes" && simulation.names.includes(name) && ["baseline", "relearn", "maintenance"].includes(action)) {
+      simulation.do(name, action, body, now);
+      return {};
+    }
+    throw fault(404, "no such path");
+  }
+
+  const server = createServer(async (request, response) => {
+    const url = new URL(request.url, "http://x");
+    const reply = (status, type, body) => { response.writeHead(status, { ...SECURITY, "Content-Type": type }); response.end(body); };
+    const json = (status, value) => reply(status, "application/json", JSON.stringify(value));
+    try {
+      if (!url.pathname.startsWith("/api/v1/")) {
+        const file = fileOf(url.pathname);
+        if (!file || !existsSync(file)) return reply(404, "text/plain", "not found");
+        return reply(200, TYPES[path.extname(file)], readFileSync(file));
+      }
+      const parts = url.pathname.slice("/api/v1/".length).split("/").map(decodeURIComponent);
+      const now = Date.now() / 1000;
+      if (request.method === "POST") {
+        let text = "";
+        for await (const chunk of request) text += chunk;
+        if (token && request.headers.authorization !== `Bearer ${token}`) throw fault(401, "a token is needed");
+        const body = JSON.parse(text);
+        log.posts.push({ path: url.pathname, body });
+        return json(200, change(parts, body, now));
+      }
+      if (parts[0] === "stream") {
+        response.writeHead(200, { ...SECURITY, "Content-Type": "text/event-stream" });
+        const stream = { response, axis: url.searchParams.get("axis") };
+        const last = request.headers["last-event-id"] ?? url.searchParams.get("last_event_id");
+        response.write("retry: 500\n\n");
+        if (last !== null && last !== undefined) {
+          log.resumed.push(Number(last));
+          for (const event of sent) if (event.id > Number(last)) response.write(`id: ${event.id}\nevent: alarm\ndata: ${JSON.stringify(event.alarm)}\n\n`);
+        }
+        streams.add(stream);
+        request.on("close", () => streams.delete(stream));
+        return undefined;
+      }
+      if (/^(evidence\.csv|raw)$/.test(parts[2] ?? "")) return reply(200, "text/csv", "t,ru,u,y\n0,0,0,0\n");
+      if (parts[2] === "report.html") return reply(200, "text/html", "<!doctype html><html lang=en><title>report</title><h1>identify</h1>");
+      log.queries.push(request.url);
+      return json(200, read(parts, url.searchParams, now));
+    } catch (error) {
+      return json(error.status ?? 500, { error: { field: error.field ?? "", message: error.message } });
+    }
+  });
+  server.on("connection", (socket) => {
+    if (down) return socket.destroy();
+    sockets.add(socket);
+    socket.on("close", () => sockets.delete(socket));
+    return undefined;
+  });
+
+  let beat = 0;
+  const timer = setInterval(() => {
+    if (streams.size === 0) return;
+    const now = Date.now() / 1000;
+    id += 1;
+    beat += 1;
+    const frame = { time_s: now, axes: {} };
+    for (const name of simulation.names) frame.axes[name] = simulation.statusOf(name, now);
+    for (const stream of streams) {
+      write(stream, "frame", frame);
+      if (stream.axis && simulation.names.includes(stream.axis) && beat % 3 === 0 && stream.axis !== "press-2") write(stream, "response", simulation.responseOf(stream.axis, now));
+    }
+  }, frameMs);
+
+  await new Promise((resolve) => { server.listen(port, "127.0.0.1", resolve); });
+  return {
+    url: `http://127.0.0.1:${server.address().port}/`, simulation, log, streams,
+    raise: (alarm) => broadcastAlarm(simulation.raise(alarm)),
+    /** Every connection breaks and none is taken until restore(). */
+    cut: () => { down = true; for (const socket of sockets) socket.destroy(); },
+    restore: () => { down = false; },
+    close: () => { clearInterval(timer); for (const socket of sockets) socket.destroy(); return new Promise((resolve) => { server.close(resolve); }); },
+  };
+}
+
+if (process.argv[1] === fileURLToPath(import.meta.url)) {
+  const server = await startServer({ port: Number(process.argv[2] ?? 8080), axes: Number(process.argv[3] ?? 12) });
+  console.log(server.url);
+}
