@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The interface of `resonid monitor` from a simulated fleet, for tests of the page and for looking at it:
-//   node fake_server.mjs [port] [number of axes]
+//   node fake_server.mjs [port] [number of axes] [ms per frame]
 // What is measured depends on axis, figure and time alone; time runs as it does.
 import { readFileSync, existsSync } from "node:fs";
 import { createServer } from "node:http";
@@ -71,7 +71,7 @@ function marginsOf(machine, commissioned) {
   let modulus = Infinity;
   let phase = null;
   let before = null;
-  for (let f = 0.5; f < 200; f *= 1.01) {
+  for (let f = 0.5; f < 200; f *= 1.02) {
     const l = loopAt(machine, commissioned, f);
     modulus = Math.min(modulus, Math.hypot(l[0] + 1, l[1]));
     const size = Math.hypot(...l);
@@ -81,8 +81,12 @@ function marginsOf(machine, commissioned) {
   return { modulus, phase: phase > 180 ? phase - 360 : phase };
 }
 
+/** The margins are a search: once per machine and half percent of its stiffness and inertia. */
+const knownMargins = new Map();
 const valuesOf = (m, commissioned) => {
-  const margins = marginsOf(m, commissioned);
+  const key = [commissioned.j1, Math.round(200 * m.k / commissioned.k), Math.round(200 * m.j2 / commissioned.j2)].join();
+  if (!knownMargins.has(key)) knownMargins.set(key, marginsOf(m, commissioned));
+  const margins = knownMargins.get(key);
   return {
     resonance_hz: Math.sqrt(m.k * (1 / m.j1 + 1 / m.j2)) / (2 * Math.PI), antiresonance_hz: Math.sqrt(m.k / m.j2) / (2 * Math.PI), stiffness: m.k,
     driven_inertia: m.j1, load_inertia: m.j2, damping: m.d, coulomb_friction: m.friction, modulus_margin: margins.modulus, phase_margin_deg: margins.phase,
@@ -97,7 +101,6 @@ export class Simulation {
     for (let i = NAMES.length; i < axes; ++i) this.names.push(`axis-${i}`);
     this.names = this.names.slice(0, axes);
     this.commissioned = new Map(this.names.map((n) => [n, machineOf(n)]));
-    this.cache = new Map();
     this.baselines = new Map(this.names.map((n) => [n, [{ id: 1, time_s: now - 40 * 86400, who: "commissioning", reason: "first run", figures: this.figuresWithStd(n, valuesOf(this.commissioned.get(n), this.commissioned.get(n))) }]]));
     this.base = new Map(this.names.map((n) => [n, this.commissioned.get(n)]));
     this.samples = new Map();
@@ -127,13 +130,7 @@ export class Simulation {
   }
 
   valuesAt(name, t) {
-    // Once a tenth of a second: the margins are a search.
-    const key = Math.round(10 * t);
-    const old = this.cache.get(name);
-    if (old?.key === key) return old.values;
-    const values = valuesOf(this.machineAt(name, t), this.commissioned.get(name));
-    this.cache.set(name, { key, values });
-    return values;
+    return valuesOf(this.machineAt(name, t), this.commissioned.get(name));
   }
 
   stateOf(name) {
@@ -416,6 +413,12 @@ export async function startServer({ axes = 12, token = null, port = 0, frameMs =
     return undefined;
   });
 
+  /** What changes from frame to frame. */
+  const short = ({ state, trusted, verdict, why, age_s, latency_s, sample, worst_alarm, alarms, unacknowledged, figures }) => ({
+    state, trusted, verdict, why, age_s, latency_s, sample, worst_alarm, alarms, unacknowledged,
+    figures: Object.fromEntries(Object.entries(figures).map(([f, { value, std, baseline, change, change_std }]) => [f, { value, std, baseline, change, change_std }])),
+  });
+
   let beat = 0;
   const timer = setInterval(() => {
     if (streams.size === 0) return;
@@ -423,7 +426,7 @@ export async function startServer({ axes = 12, token = null, port = 0, frameMs =
     id += 1;
     beat += 1;
     const frame = { time_s: now, axes: {} };
-    for (const name of simulation.names) frame.axes[name] = simulation.statusOf(name, now);
+    for (const name of simulation.names) frame.axes[name] = short(simulation.statusOf(name, now));
     for (const stream of streams) {
       write(stream, "frame", frame);
       if (stream.axis && simulation.names.includes(stream.axis) && beat % 3 === 0 && stream.axis !== "press-2") write(stream, "response", simulation.responseOf(stream.axis, now));
@@ -442,6 +445,6 @@ export async function startServer({ axes = 12, token = null, port = 0, frameMs =
 }
 
 if (process.argv[1] === fileURLToPath(import.meta.url)) {
-  const server = await startServer({ port: Number(process.argv[2] ?? 8080), axes: Number(process.argv[3] ?? 12) });
+  const server = await startServer({ port: Number(process.argv[2] ?? 8080), axes: Number(process.argv[3] ?? 12), frameMs: Number(process.argv[4] ?? 100) });
   console.log(server.url);
 }

@@ -69,7 +69,7 @@ const TRANSITIONS = { raise: "Raised", raised: "Raised", clear: "Cleared", clear
 
 export function alarmView(main, { alarms, path, reloadAlarms }) {
   const id = path[1];
-  const head = h("div", {});
+  const head = h("div", {}, h("h1", {}, "Alarm"));
   const facts = h("section", {}, h("h2", {}, "What is known"), h("div", {}));
   const events = h("section", {}, h("h2", {}, "Events"), h("p", { class: "explain" }, "What happened to this alarm, and who did what."), h("div", {}));
   const problem = h("p", { class: "error", role: "alert" });

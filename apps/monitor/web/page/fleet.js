@@ -8,6 +8,8 @@ import { beyondLimit, changeText, duration, figureOf, latencyText, orderedFigure
 /** Figures that a row shows, and from how many standard deviations on another one takes the place of the last. */
 const FIGURES = ["resonance", "stiffness", "modulus_margin", "load_inertia"];
 const CHANGED = 5;
+/** So many rows at first, and more at a time: the worst ones, or what was searched for. */
+const PAGE = 100;
 /** Rows change places no more often than this, and not soon after a person moved among them. */
 const ORDER_MS = 1500;
 const TOUCHED_MS = 4000;
@@ -35,22 +37,35 @@ export function fleetView(main, { fleet, query }) {
   const how = h("p", { class: "small soft", id: "how" }, "Worst first. Values ± one standard deviation; changes against the baseline. Keys: / to search, arrows to choose, Enter to open.");
   const hits = h("p", { class: "hits small", role: "status" });
   const list = h("div", { class: "rows", role: "list", "aria-label": "Axes, worst first", "aria-describedby": "how" });
+  const more = h("button", { type: "button", class: "more", onclick: () => {
+    const first = visible.length;
+    limit += PAGE;
+    view.update(performance.now(), true);
+    focusRow(visible[first]);
+  } });
   main.append(h("h1", {}, "Fleet"),
     h("div", { class: "tools", role: "search" }, h("label", { for: "search" }, "Search axes"), search,
       h("div", { class: "chips", role: "group", "aria-label": "Show" }, filters.map((f) => f.button))),
-    hits, list, how);
+    hits, list, more, how);
 
   const rows = new Map();
   let visible = [];
+  let limit = PAGE;
   let current = null;
   let ordered = -Infinity;
+  let known = 0;
   let touched = -Infinity;
   const seen = new Set();
-  const observer = new IntersectionObserver((entries) => {
-    for (const entry of entries) {
-      if (entry.isIntersecting) { seen.add(entry.target.dataset.axis); fill(entry.target.dataset.axis); } else seen.delete(entry.target.dataset.axis);
+  // The browser skips what is far out of view (content-visibility) and tells when it no longer does: cheaper than to watch each row.
+  const skips = "oncontentvisibilityautostatechange" in list;
+  list.addEventListener("contentvisibilityautostatechange", (event) => {
+    const name = event.target.dataset.axis;
+    if (event.skipped) seen.delete(name);
+    else {
+      seen.add(name);
+      fill(name);
     }
-  }, { rootMargin: "300px" });
+  });
 
   function focusRow(name) {
     if (!rows.has(name)) return;
@@ -89,7 +104,7 @@ export function fleetView(main, { fleet, query }) {
     const row = h("div", { role: "listitem", class: "row", "data-axis": name },
       h("div", { class: "row-head" }, parts.sign, parts.link, parts.state), parts.data, parts.text, parts.figures);
     row.addEventListener("click", (event) => { if (!event.target.closest("a") && !String(getSelection())) parts.link.click(); });
-    observer.observe(row);
+    if (!skips) seen.add(name);
     return { row, ...parts, slots: [], kind: null };
   }
 
@@ -141,13 +156,18 @@ export function fleetView(main, { fleet, query }) {
   function order(now, force) {
     const busy = now - touched < TOUCHED_MS;
     const all = [...fleet.axes.values()];
-    const fresh = all.some((a) => !rows.has(a.name)) || rows.size !== all.length;
+    const fresh = known !== all.length;
+    known = all.length;
     if (!force && !fresh && (busy || now - ordered < ORDER_MS)) return;
     ordered = now;
     for (const name of rows.keys()) {
-      if (!fleet.axes.has(name)) { rows.get(name).row.remove(); rows.delete(name); }
+      if (fleet.axes.has(name)) continue;
+      rows.get(name).row.remove();
+      rows.delete(name);
+      seen.delete(name);
     }
-    visible = worstFirst(all.filter((a) => matches(a, shown, now)), now).map((a) => a.name);
+    const found = worstFirst(all.filter((a) => matches(a, shown, now)), now).map((a) => a.name);
+    visible = found.slice(0, limit);
     const wanted = new Set(visible);
     for (const [name, r] of rows) if (!wanted.has(name) && r.row.isConnected) r.row.remove();
     const focused = list.contains(document.activeElement) ? document.activeElement : null;
@@ -162,7 +182,10 @@ export function fleetView(main, { fleet, query }) {
     if (focused?.isConnected && document.activeElement !== focused) focused.focus({ preventScroll: true });
     if (!wanted.has(current)) setCurrent(visible[0] ?? null);
     say(hits, all.length === 0 ? "No axes yet: the server waits for the first samples."
-      : visible.length === all.length ? plural(all.length, "axis", "axes") : `${plural(visible.length, "axis", "axes")} of ${all.length}`);
+      : (found.length === all.length ? plural(all.length, "axis", "axes") : `${plural(found.length, "axis", "axes")} of ${all.length}`) +
+        (found.length > visible.length ? `, the worst ${visible.length} shown` : ""));
+    mark(more, "hidden", found.length <= visible.length);
+    say(more, `Show ${Math.min(PAGE, found.length - visible.length)} more`);
   }
 
   let filled = -Infinity;
@@ -171,6 +194,7 @@ export function fleetView(main, { fleet, query }) {
     restore: (name) => { if (name && rows.has(name)) { focusRow(name); rows.get(name).row.scrollIntoView({ block: "center" }); return true; } return false; },
     query: (next) => {
       shown = { q: next.q ?? "", show: next.show ?? "all" };
+      limit = PAGE;
       if (document.activeElement !== search) search.value = shown.q;
       view.update(performance.now(), true);
       return true;
@@ -187,7 +211,6 @@ export function fleetView(main, { fleet, query }) {
         mark(button, "aria-pressed", id === shown.show);
       }
     },
-    leave: () => observer.disconnect(),
   };
   view.update(performance.now(), true);
   return view;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What the page knows of the fleet, from the interface's answers and frames. Pure functions and one class without a clock of its own.
 import { isNumber } from "../report/format.js";
-import { beyondLimit, severityOf, sigmas } from "./words.js";
+import { severityOf, sigmas } from "./words.js";
 
 /** Without samples for so long an axis counts as stale, whatever the server last said of it. */
 export const STALE_S = 5;
@@ -21,7 +21,7 @@ export class Fleet {
     this.received = now;
   }
 
-  /** A frame tells parts of some axes. */
+  /** A frame tells parts of some axes: what is left out stays as it was. */
   frame({ time_s: time, axes }, now, unixNow) {
     const transit = isNumber(time) ? Math.max(0, unixNow + this.offset.s - time) : 0;
     for (const [name, status] of Object.entries(axes ?? {})) {
@@ -34,13 +34,14 @@ export class Fleet {
   }
 
   merge(name, status, now) {
-    const old = this.axes.get(name) ?? { name, figures: {} };
-    const figures = { ...old.figures };
-    for (const [key, figure] of Object.entries(status.figures ?? {})) figures[key] = { ...figures[key], ...figure };
-    const next = { ...old, ...status, name, figures, told_at: isNumber(status.age_s) ? now : old.told_at ?? now };
-    // Without an alarm a status lacks the field; a frame that tells the number of alarms tells this, too.
-    if ("alarms" in status && !("worst_alarm" in status) && status.alarms === 0) delete next.worst_alarm;
-    this.axes.set(name, next);
+    let axis = this.axes.get(name);
+    if (!axis) this.axes.set(name, axis = { told_at: now, figures: {} });
+    const { figures } = axis;
+    for (const key in status.figures) figures[key] = Object.assign(figures[key] ?? {}, status.figures[key]);
+    Object.assign(axis, status, { name, figures });
+    if (isNumber(status.age_s)) axis.told_at = now;
+    // Without an alarm a status lacks the field.
+    if (status.alarms === 0 && status.unacknowledged === 0 && !status.worst_alarm) delete axis.worst_alarm;
   }
 
   /** The clock's difference by a question asked at `asked` and answered at `answered` (both UNIX, the browser's). */
@@ -66,13 +67,12 @@ export function groupOf(axis, now) {
   return axis.trusted ? 0 : 2;
 }
 
-/** Worst first: group, severity, most changed (in steps, so that noise moves nobody), name. */
+/** Worst first: group, severity, name; no figure, whose noise would move rows about. */
 export function worstFirst(axes, now) {
   const keyed = axes.map((axis) => ({
     axis, group: groupOf(axis, now), severity: severityOf(axis.worst_alarm?.severity),
-    beyond: Object.values(axis.figures).some(beyondLimit) ? 1 : 0,
   }));
-  keyed.sort((a, b) => b.group - a.group || b.severity - a.severity || b.beyond - a.beyond ||
+  keyed.sort((a, b) => b.group - a.group || b.severity - a.severity ||
     a.axis.name.localeCompare(b.axis.name, "en", { numeric: true }));
   return keyed.map((k) => k.axis);
 }
