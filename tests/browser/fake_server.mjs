@@ -15,7 +15,9 @@ const UPLOT = process.env.RESONID_UPLOT ?? path.join(REPORT, "node_modules/uplot
 
 const TYPES = { ".html": "text/html; charset=utf-8", ".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8", ".svg": "image/svg+xml" };
 const SECURITY = {
-  "Content-Security-Policy": "default-src 'self'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'", "X-Content-Type-Options": "nosniff", "Cache-Control": "no-store",
+  "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; font-src 'self'; " +
+    "manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+   "X-Content-Type-Options": "nosniff", "Cache-Control": "no-store",
 };
 
 // --- numbers
@@ -33,7 +35,6 @@ const normal = (text) => Math.sqrt(-2 * Math.log(uniform(text + "r"))) * Math.co
 // --- machines: two masses with a belt between
 
 const FIGURES = ["resonance_hz", "antiresonance_hz", "stiffness", "driven_inertia", "load_inertia", "damping", "coulomb_friction", "modulus_margin", "phase_margin_deg", "gap"];
-const UNITS = { resonance_hz: "Hz", antiresonance_hz: "Hz", stiffness: "Nm/rad", driven_inertia: "kgm2", load_inertia: "kgm2", damping: "Nms/rad", coulomb_friction: "Nm", modulus_margin: "", phase_margin_deg: "deg", gap: "" };
 const RELATIVE_STD = { resonance_hz: 0.004, antiresonance_hz: 0.005, stiffness: 0.008, driven_inertia: 0.01, load_inertia: 0.012, damping: 0.05, coulomb_friction: 0.03, modulus_margin: 0.02, phase_margin_deg: 0.02, gap: 0.2 };
 const NAMES = ["belt-1", "conveyor-7", "feeder-a", "feeder-b", "gantry-x", "gantry-y", "lift-3", "palletizer-9", "press-2", "rotary-4", "spindle-1", "winder-5"];
 
@@ -101,7 +102,7 @@ export class Simulation {
     for (let i = NAMES.length; i < axes; ++i) this.names.push(`axis-${i}`);
     this.names = this.names.slice(0, axes);
     this.commissioned = new Map(this.names.map((n) => [n, machineOf(n)]));
-    this.baselines = new Map(this.names.map((n) => [n, [{ id: 1, time_s: now - 40 * 86400, who: "commissioning", reason: "first run", figures: this.figuresWithStd(n, valuesOf(this.commissioned.get(n), this.commissioned.get(n))) }]]));
+    this.baselines = new Map(this.names.map((n) => [n, [{ sample: 1000, active: true, time_s: now - 40 * 86400, who: "commissioning", reason: "first run", figures: this.figuresWithStd(n, valuesOf(this.commissioned.get(n), this.commissioned.get(n))) }]]));
     this.base = new Map(this.names.map((n) => [n, this.commissioned.get(n)]));
     this.samples = new Map();
     this.alarms = new Map();
@@ -154,7 +155,7 @@ export class Simulation {
       if (state.verdict === "not-excited" && !["resonance_hz", "stiffness"].includes(f)) continue;
       const std = this.stdOf(f, values);
       const value = values[f] + 0.6 * std * normal(`${name}${f}${Math.floor(2 * t)}`);
-      figures[f] = { value, std, unit: UNITS[f], baseline: base[f], change: value - base[f], change_std: std * 1.2, limit: f === "gap" ? 0.1 : 0.04 * Math.abs(base[f]) };
+      figures[f] = { value, std, baseline: base[f], change: value - base[f], change_std: std * 1.2, limit: f === "gap" ? 0.1 : 0.04 * Math.abs(base[f]) };
     }
     const mine = [...this.alarms.values()].filter((a) => a.axis === name && !a.shelved && !a.suppressed);
     const active = mine.filter((a) => a.active);
@@ -162,7 +163,7 @@ export class Simulation {
     const worst = [...open, ...active][0];
     const n = Math.round((now - this.start + 3600) * 1000);
     return {
-      name, ...state, age_s: this.ageOf(name, now), latency_s: 0.04 + 0.03 * uniform(name + "l"), rate_hz: 1000, sample: n, ...(worst ? { worst_alarm: { severity: worst.severity, text: worst.text } } : {}),
+      name, ...state, motion: name === "gantry-y" ? "linear" : "rotary", age_s: this.ageOf(name, now), latency_s: 0.04 + 0.03 * uniform(name + "l"), rate_hz: 1000, sample: n, ...(worst ? { worst_alarm: { severity: worst.severity, text: worst.text } } : {}),
       alarms: active.length, unacknowledged: open.length, figures,
       samples: { received: n, missing: name === "feeder-b" ? 120 : 0, late: name === "feeder-b" ? 7 : 0, duplicate: 0, lost: 0 },
       faults: name === "feeder-b" ? [{ kind: "format", count: 3, text: "line 17: <script>alert('no')</script> is no number" }] : [], source: name === "press-2" ? "plc" : "broker",
@@ -197,7 +198,7 @@ export class Simulation {
     };
     const base = curve(this.base.get(name), false);
     delete base.coherence;
-    return { axis: name, time_s: t, unit: "rad/s/Nm", ...curve(this.machineAt(name, t), true), baseline: base };
+    return { axis: name, time_s: t, ...curve(this.machineAt(name, t), true), baseline: base };
   }
 
   historyOf(name, names, from, to, points) {
@@ -215,7 +216,7 @@ export class Simulation {
         const column = out.figures[f];
         const std = this.stdOf(f, values) * (hidden ? 4 : 1);
         const value = values[f] + 0.5 * std * normal(`${name}${f}${Math.round(t)}`);
-        column.value.push(value); column.std.push(std); column.min.push(value - 2.5 * std); column.max.push(value + 2.5 * std); column.trusted.push(!hidden);
+        column.value.push(value); column.std.push(std); column.min.push(value - 2.5 * std); column.max.push(value + 2.5 * std); column.trusted.push(hidden ? 0 : 1);
       }
     }
     return out;
@@ -228,7 +229,7 @@ export class Simulation {
       const [sa, sb] = [this.stdOf(f, va) / 5, this.stdOf(f, vb) / 5];
       const std = Math.hypot(sa, sb);
       const sigma = Math.abs(vb[f] - va[f]) / std;
-      figures[f] = { unit: UNITS[f], a: { value: va[f], std: sa }, b: { value: vb[f], std: sb }, difference: vb[f] - va[f], std, sigma, significant: sigma > 3.5 };
+      figures[f] = { a: { value: va[f], std: sa }, b: { value: vb[f], std: sb }, difference: vb[f] - va[f], std, sigma };
     }
     return { axis: name, a_time_s: a, b_time_s: b, figures };
   }
@@ -240,30 +241,30 @@ export class Simulation {
     if (this.names.includes("belt-1")) {
       const k = this.commissioned.get("belt-1").k;
       this.raise({
-        id: "belt-1.stiffness.1", axis: "belt-1", alarm: "stiffness", severity: "high", since_time_s: s - 1100, raised_time_s: s - 900,
-        text: `Stiffness fell by ${(0.03 * k).toFixed(1)} ± ${(0.006 * k).toFixed(1)} Nm/rad (3.0 %)`, cause: "stiffness fell, inertias are the same: belt or coupling",
-        change: { before: k, after: 0.97 * k, size: -0.03 * k, std: 0.006 * k, relative: -0.03, sigma: 5, sure: 0.9999994, unit: "Nm/rad" }, evidence: true,
+        id: 1, axis: "belt-1", alarm: "stiffness", severity: "high", since_time_s: s - 1100, raised_time_s: s - 900,
+        text: `Stiffness fell by 3.00 +- 0.60 % (${k.toFixed(1)} -> ${(0.97 * k).toFixed(1)} Nm/rad)`, cause: "likely cause: belt or coupling looser (inertias unchanged)",
+        change: { before: k, after: 0.97 * k, size: -0.03 * k, std: 0.006 * k, relative: -0.03, sigma: 5 }, evidence: true,
       }, s - 900);
     }
     if (this.names.includes("winder-5")) {
       const j = this.commissioned.get("winder-5").j2;
       this.raise({
-        id: "winder-5.load-inertia.4", axis: "winder-5", alarm: "load_inertia", severity: "medium", since_time_s: s - 86400, raised_time_s: s - 86390,
-        text: "Load inertia rose by 30.0 ± 1.4 %", cause: "load inertia rose: another load",
-        change: { before: j, after: 1.3 * j, size: 0.3 * j, std: 0.014 * j, relative: 0.3, sigma: 21, sure: 1, unit: "kgm2" }, evidence: true,
+        id: 2, axis: "winder-5", alarm: "load-inertia", severity: "medium", since_time_s: s - 86400, raised_time_s: s - 86390,
+        text: "Load inertia rose by 30.0 +- 1.4 %", cause: "likely cause: heavier load (motor inertia unchanged)",
+        change: { before: j, after: 1.3 * j, size: 0.3 * j, std: 0.014 * j, relative: 0.3, sigma: 21 }, evidence: true,
       }, s - 86390);
-      this.act("winder-5.load-inertia.4", "acknowledge", { who: "Lee", reason: "full reel" }, s - 86000);
+      this.act(2, "acknowledge", { who: "Lee", reason: "full reel" }, s - 86000);
     }
     if (this.names.includes("press-2")) {
-      this.raise({ id: "press-2.stale.2", axis: "press-2", alarm: "stale", severity: "medium", since_time_s: s - 412, raised_time_s: s - 407, text: "No samples since 5 s", cause: "source plc: connection refused", evidence: false }, s - 407);
-      this.alarms.get("press-2.stale.2").shelved = { until_time_s: s + 3 * 3600, reason: "PLC is being replaced", who: "Lee" };
+      this.raise({ id: 3, axis: "press-2", alarm: "stale", severity: "medium", since_time_s: s - 412, raised_time_s: s - 407, text: "No samples since 5 s", cause: "source plc: connection refused", evidence: false }, s - 407);
+      this.alarms.get(3).shelved = { until_time_s: s + 3 * 3600, reason: "PLC is being replaced", who: "Lee" };
     }
   }
 
   raise(alarm, time = Date.now() / 1000) {
     const full = { active: true, acknowledged: false, latched: false, evidence: false, ...alarm };
     this.alarms.set(full.id, full);
-    this.events.push({ time_s: time, alarm: full.id, axis: full.axis, transition: "raised", state: "active", text: full.text });
+    this.events.push({ time_s: time, alarm: full.id, axis: full.axis, transition: "raised", state: "active", text: full.text, sample: 0 });
     return full;
   }
 
@@ -273,14 +274,15 @@ export class Simulation {
     if (what === "shelve") alarm.shelved = { until_time_s: until ?? time + seconds, reason, who };
     if (what === "unshelve") delete alarm.shelved;
     if (what === "reset") alarm.latched = false;
-    this.events.push({ time_s: time, alarm: id, axis: alarm.axis, transition: what, who, reason });
+    this.events.push({ time_s: time, alarm: id, axis: alarm.axis, transition: { acknowledge: "acknowledged", shelve: "shelved", unshelve: "unshelved", reset: "reset" }[what], state: "active", text: alarm.text, sample: 0, who, reason });
     return alarm;
   }
 
   do(name, what, { who, reason, seconds }, time) {
     if (what === "baseline") {
       this.base.set(name, this.machineAt(name, time));
-      this.baselines.get(name).unshift({ id: this.baselines.get(name).length + 1, time_s: time, who, reason, figures: this.figuresWithStd(name, this.valuesAt(name, time)) });
+      for (const old of this.baselines.get(name)) old.active = false;
+      this.baselines.get(name).unshift({ sample: 2000, active: true, time_s: time, who, reason, figures: this.figuresWithStd(name, this.valuesAt(name, time)) });
     }
     if (what === "maintenance") this.maintained.set(name, time + seconds);
     this.events.push({ time_s: time, axis: name, transition: what, who, reason });
@@ -297,13 +299,13 @@ function files() {
     if (name === "/" || name === "/index.html") return path.join(PAGE, "index.html");
     const map = { "/uplot.js": path.join(UPLOT, "dist/uPlot.iife.min.js"), "/uplot.css": path.join(UPLOT, "dist/uPlot.min.css") };
     if (map[name]) return map[name];
-    const m = /^\/(page|report)\/([a-z_]+\.(?:js|css|svg))$/.exec(name);
-    return m ? path.join(m[1] === "page" ? PAGE : REPORT, m[2]) : null;
+    const m = /^\/(report\/)?([a-z_]+\.(?:js|css|svg))$/.exec(name);
+    return m ? path.join(m[1] ? REPORT : PAGE, m[2]) : null;
   };
 }
 
-/** Starts the server. `token`: what writes need. Returns its address, its simulation, and how to disturb it. */
-export async function startServer({ axes = 12, token = null, port = 0, frameMs = 100 } = {}) {
+/** Starts the server. `token`: what writes need, and reads with `readToken`. Returns its address, its simulation, and how to disturb it. */
+export async function startServer({ axes = 12, token = null, readToken = false, port = 0, frameMs = 100 } = {}) {
   const simulation = new Simulation({ axes });
   const fileOf = files();
   const sockets = new Set();
@@ -320,24 +322,28 @@ export async function startServer({ axes = 12, token = null, port = 0, frameMs =
     for (const stream of streams) write(stream, "alarm", alarm);
   };
 
-  const openAlarms = (query) => {
+  const listed = (query) => {
     const all = [...simulation.alarms.values()].filter((a) => !query.get("axis") || a.axis === query.get("axis"));
     return { alarms: all.slice(0, Number(query.get("limit") ?? 100)) };
   };
+  const whole = (status) => Object.fromEntries(Object.entries(status).filter(([, value]) => value !== "" && value !== undefined));
 
   function read(parts, query, now) {
     const [what, name, more] = parts;
-    if (what === "axes" && !name) return { time_s: now, axes: simulation.names.map((n) => simulation.statusOf(n, now)) };
+    if (what === "axes" && !name) return { time_s: now, axes: simulation.names.map((n) => whole(simulation.statusOf(n, now))) };
     if (what === "axes") {
       if (!simulation.names.includes(name)) throw fault(404, `no axis ${name}`, "axis");
-      if (!more) return simulation.statusOf(name, now, true);
+      if (!more) return whole(simulation.statusOf(name, now, true));
       if (more === "response") return simulation.responseOf(name, now);
       if (more === "compare") return simulation.compare(name, Number(query.get("a")), Number(query.get("b")));
       if (more === "history") return simulation.historyOf(name, query.get("figure").split(","), Number(query.get("from")), Number(query.get("to")), Number(query.get("points")));
     }
-    if (what === "alarms" && !name) return openAlarms(query);
-    if (what === "alarms" && more === "events") return { events: simulation.events.filter((e) => e.alarm === name) };
-    if (what === "audit") return { events: [...simulation.events].reverse() };
+    if (what === "alarms" && !name) return listed(query);
+    if (what === "alarms" && more === "events") return { events: simulation.events.filter((e) => e.alarm === Number(name)) };
+    if (what === "audit") {
+      const entries = simulation.events.filter((e) => e.who).map(({ time_s, axis, transition, text = "", who, reason }) => ({ time_s, axis, action: transition, text, who, reason }));
+      return { audit: entries.sort((a, b) => b.time_s - a.time_s) };
+    }
     if (what === "status") {
       return {
         version: "0.1.0", started_time_s: simulation.start - 3600, uptime_s: now - simulation.start + 3600, axes: simulation.names.length,
@@ -351,16 +357,15 @@ export async function startServer({ axes = 12, token = null, port = 0, frameMs =
 
   function change(parts, body, now) {
     const [what, name, action] = parts;
-    if (!body.who) throw fault(400, "who: a name is needed", "who");
-    if (!body.reason) throw fault(400, "reason: a text is needed", "reason");
-    if (what === "alarms" && simulation.alarms.has(name) && ["acknowledge", "shelve", "unshelve", "reset"].includes(action)) {
-      const alarm = simulation.act(name, action, body, now);
-      broadcastAlarm(alarm);
-      return alarm;
+    if (!body.who) throw fault(400, "1 ... 200 characters are required", "who");
+    if (["shelve", "maintenance"].includes(action) && !(body.reason && body.seconds > 0)) throw fault(400, "a reason and an end are required", "reason");
+    if (what === "alarms" && simulation.alarms.has(Number(name)) && ["acknowledge", "shelve", "unshelve", "reset"].includes(action)) {
+      broadcastAlarm(simulation.act(Number(name), action, body, now));
+      return { accepted: true };
     }
     if (what === "axes" && simulation.names.includes(name) && ["baseline", "relearn", "maintenance"].includes(action)) {
       simulation.do(name, action, body, now);
-      return {};
+      return { accepted: true };
     }
     throw fault(404, "no such path");
   }
@@ -380,20 +385,23 @@ export async function startServer({ axes = 12, token = null, port = 0, frameMs =
       if (request.method === "POST") {
         let text = "";
         for await (const chunk of request) text += chunk;
-        if (token && request.headers.authorization !== `Bearer ${token}`) throw fault(401, "a token is needed");
+        if (token !== null && request.headers.authorization !== `Bearer ${token}`) throw fault(401, "a token is needed");
         const body = JSON.parse(text);
         log.posts.push({ path: url.pathname, body });
         return json(200, change(parts, body, now));
       }
+      const may = url.searchParams.get("token") ?? (request.headers.authorization ?? "").replace("Bearer ", "");
+      if (readToken && may !== token) throw fault(401, "a token is needed");
       if (parts[0] === "stream") {
         response.writeHead(200, { ...SECURITY, "Content-Type": "text/event-stream" });
         const stream = { response, axis: url.searchParams.get("axis") };
-        const last = request.headers["last-event-id"] ?? url.searchParams.get("last_event_id");
+        const last = request.headers["last-event-id"];
         response.write("retry: 500\n\n");
-        if (last !== null && last !== undefined) {
+        if (last !== undefined) {
           log.resumed.push(Number(last));
           for (const event of sent) if (event.id > Number(last)) response.write(`id: ${event.id}\nevent: alarm\ndata: ${JSON.stringify(event.alarm)}\n\n`);
         }
+        write(stream, "hello", { resumed: last !== undefined, time_s: now });
         streams.add(stream);
         request.on("close", () => streams.delete(stream));
         return undefined;
@@ -414,9 +422,9 @@ export async function startServer({ axes = 12, token = null, port = 0, frameMs =
   });
 
   /** What changes from frame to frame. */
-  const short = ({ state, trusted, verdict, why, age_s, latency_s, sample, worst_alarm, alarms, unacknowledged, figures }) => ({
+  const short = ({ state, trusted, verdict, why, age_s, latency_s, sample, worst_alarm, alarms, unacknowledged, figures }) => whole({
     state, trusted, verdict, why, age_s, latency_s, sample, worst_alarm, alarms, unacknowledged,
-    figures: Object.fromEntries(Object.entries(figures).map(([f, { value, std, baseline, change, change_std }]) => [f, { value, std, baseline, change, change_std }])),
+    figures: Object.fromEntries(Object.entries(figures).map(([f, { value, std, change, change_std }]) => [f, { value, std, change, change_std }])),
   });
 
   let beat = 0;
@@ -429,7 +437,9 @@ export async function startServer({ axes = 12, token = null, port = 0, frameMs =
     for (const name of simulation.names) frame.axes[name] = short(simulation.statusOf(name, now));
     for (const stream of streams) {
       write(stream, "frame", frame);
-      if (stream.axis && simulation.names.includes(stream.axis) && beat % 3 === 0 && stream.axis !== "press-2") write(stream, "response", simulation.responseOf(stream.axis, now));
+      if (!simulation.names.includes(stream.axis)) continue;
+      write(stream, "axis", whole(simulation.statusOf(stream.axis, now)));
+      if (beat % 3 === 0 && stream.axis !== "press-2") write(stream, "response", simulation.responseOf(stream.axis, now));
     }
   }, frameMs);
 

@@ -3,15 +3,16 @@
 import { part, post } from "./api.js";
 import { askPerson, DURATIONS, notice } from "./dialogs.js";
 import { h } from "./dom.js";
+import { sentence } from "./words.js";
 
 const ALARM = {
-  acknowledge: { title: "Acknowledge the alarm", text: "You have seen it. It stays active until its cause is gone.", button: "Acknowledge", did: "Acknowledged" },
+  acknowledge: { title: "Acknowledge the alarm", text: "You have seen it. It stays active until its cause is gone.", button: "Acknowledge", did: "Acknowledged", optional: true },
   shelve: {
     title: "Shelve the alarm", text: "It is out of the way until the end of the time, or until it is unshelved.", button: "Shelve", did: "Shelved",
     fields: [{ name: "seconds", label: "For", kind: "select", options: DURATIONS }],
   },
-  unshelve: { title: "Unshelve the alarm", button: "Unshelve", did: "Unshelved" },
-  reset: { title: "Reset the latched alarm", text: "It cleared by itself and waits for a person.", button: "Reset", did: "Reset" },
+  unshelve: { title: "Unshelve the alarm", button: "Unshelve", did: "Unshelved", optional: true },
+  reset: { title: "Reset the latched alarm", text: "It cleared by itself and waits for a person.", button: "Reset", did: "Reset", optional: true },
 };
 const AXIS = {
   baseline: {
@@ -26,10 +27,10 @@ const AXIS = {
   },
 };
 
-async function perform(action, path, name, of, done) {
+async function perform(action, path, name, of, done = () => {}) {
   const result = await askPerson({
     ...action, title: `${action.title}: ${of}`,
-    run: (values) => post(`${path}/${name}`, "seconds" in values ? { ...values, seconds: Number(values.seconds) } : values),
+    run: ({ who, reason, seconds }) => post(`${path}/${name}`, { who, ...(reason ? { reason } : {}), ...(seconds ? { seconds: Number(seconds) } : {}) }),
   });
   if (result === null) return;
   notice(`${action.did}: ${of}`);
@@ -46,7 +47,7 @@ export function alarmButtons(alarm, done) {
   if (!alarm.acknowledged) names.push("acknowledge");
   names.push(alarm.shelved ? "unshelve" : "shelve");
   if (alarm.latched && !alarm.active) names.push("reset");
-  return h("div", { class: "buttons" }, buttons(ALARM, names, `alarms/${part(alarm.id)}`, alarm.text, done));
+  return h("div", { class: "buttons" }, buttons(ALARM, names, `alarms/${part(alarm.id)}`, sentence(alarm.text), done));
 }
 
 export function axisButtons(name, done) {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Alarms as a list, and one alarm with all that is known of it.
-import { list, words } from "../report/format.js";
+import { list, words } from "./report/format.js";
 import { alarmButtons } from "./actions.js";
 import { address, get, part } from "./api.js";
 import { grid, h, renew, say, sign } from "./dom.js";
 import { go, link } from "./route.js";
-import { alarmChange, alarmStates, duration, figureOf, isOpen, moment, plural, severityOf, severityText } from "./words.js";
+import { alarmChange, alarmStates, bare, figureOf, isOpen, moment, plural, sentence, severityOf, severityText } from "./words.js";
 
 const STATES = {
   open: ["Open", isOpen], unacknowledged: ["Not acknowledged", (a) => !a.acknowledged && !a.shelved && !a.suppressed], shelved: ["Shelved", (a) => Boolean(a.shelved)],
@@ -19,13 +19,16 @@ const signOf = (a) => (a.shelved || a.suppressed ? "off" : a.active ? (a.acknowl
 export const worstAlarms = (alarms) => [...alarms].sort((a, b) => isOpen(b) - isOpen(a) || a.acknowledged - b.acknowledged ||
   severityOf(b.severity) - severityOf(a.severity) || (b.raised_time_s ?? 0) - (a.raised_time_s ?? 0));
 
+/** An alarm of the installation belongs to no axis. */
+const axisLink = (alarm) => (alarm.axis ? h("a", { href: link(["axis", alarm.axis]) }, alarm.axis) : "Installation");
+
 /** One alarm as an item of a list, with what can be done. */
-export function alarmLine(alarm, done, now = null) {
+export function alarmLine(alarm) {
   return h("li", { class: `alarm ${signOf(alarm)}`, "data-alarm": alarm.id },
     sign(signOf(alarm)),
-    h("div", {}, h("p", { class: "what" }, h("a", { href: link(["axis", alarm.axis]) }, alarm.axis), ": ", h("a", { href: link(["alarm", alarm.id]), "data-focus": `open-${alarm.id}` }, alarm.text)),
-      h("p", { class: "small soft" }, `${severityText(alarm.severity)}; ${alarmStates(alarm).join(", ")}; raised ${moment(alarm.raised_time_s)}` + (now ? ` (${duration(now - alarm.raised_time_s)} ago)` : ""))),
-    scoped(alarmButtons(alarm, done), alarm.id));
+    h("div", {}, h("p", { class: "what" }, axisLink(alarm), ": ", h("a", { href: link(["alarm", alarm.id]), "data-focus": `open-${alarm.id}` }, sentence(alarm.text))),
+      h("p", { class: "small soft" }, `${severityText(alarm.severity)}; ${alarmStates(alarm).join(", ")}; raised ${moment(alarm.raised_time_s)}`)),
+    scoped(alarmButtons(alarm), alarm.id));
 }
 
 /** Buttons of several alarms keep the focus by the alarm, too. */
@@ -46,13 +49,13 @@ export function alarmsView(main, { alarms, query, reloadAlarms }) {
   const items = h("ul", { class: "alarm-list" });
   main.append(h("h1", {}, "Alarms"), h("div", { class: "tools", role: "search" }, h("label", { for: "search" }, "Axis"), search, h("div", { class: "chips", role: "group", "aria-label": "State" }, filters.map((f) => f.button))), hits, items);
   reloadAlarms();
-  const mine = () => [...alarms.values()].filter((a) => a.axis.toLowerCase().includes(axis.toLowerCase()));
+  const mine = () => [...alarms.values()].filter((a) => (a.axis ?? "installation").toLowerCase().includes(axis.toLowerCase()));
   const view = {
     title: "Alarms", nav: "alarms", shortcut: () => search.focus(),
     query: (next) => { show = STATES[next.state] ? next.state : "open"; axis = next.axis ?? ""; if (document.activeElement !== search) search.value = axis; view.update(); return true; },
     update: () => {
       const some = worstAlarms(mine().filter(STATES[show][1])).slice(0, MOST);
-      renew(items, some, () => some.map((a) => alarmLine(a, () => {})));
+      renew(items, some, () => some.map(alarmLine));
       say(hits, some.length === 0 ? (show === "open" ? "No alarm is open." : "None.") : some.length === MOST ? `The first ${MOST}` : plural(some.length, "alarm"));
       for (const { id, number, button } of filters) {
         say(number, String(mine().filter(STATES[id][1]).length));
@@ -65,9 +68,9 @@ export function alarmsView(main, { alarms, query, reloadAlarms }) {
   return view;
 }
 
-const TRANSITIONS = { raise: "Raised", raised: "Raised", clear: "Cleared", cleared: "Cleared", acknowledge: "Acknowledged", acknowledged: "Acknowledged", shelve: "Shelved", unshelve: "Unshelved", reset: "Reset", suppress: "Suppressed", unsuppress: "No longer suppressed", rearm: "Raised again", "re-alarm": "Raised again" };
+const TRANSITIONS = { latched: "Latched: waits for a person", realarmed: "Raised again: still active", "shelving-expired": "Shelving ended", unsuppressed: "No longer suppressed" };
 
-export function alarmView(main, { alarms, path, reloadAlarms }) {
+export function alarmView(main, { fleet, alarms, path, reloadAlarms }) {
   const id = path[1];
   const head = h("div", {}, h("h1", {}, "Alarm"));
   const facts = h("section", {}, h("h2", {}, "What is known"), h("div", {}));
@@ -78,7 +81,7 @@ export function alarmView(main, { alarms, path, reloadAlarms }) {
   const loadEvents = async () => {
     try {
       const told = list((await get(`alarms/${part(id)}/events`)).events);
-      events.lastElementChild.replaceChildren(grid(["Time", "What", "By", "Text"], told.map((e) => [moment(e.time_s), TRANSITIONS[e.transition] ?? words(e.transition ?? ""), e.who ?? "–", e.reason ?? e.text ?? ""]), { caption: "Events of the alarm", className: "plain" }));
+      events.lastElementChild.replaceChildren(grid(["Time", "What", "By", "Text"], told.map((e) => [moment(e.time_s), TRANSITIONS[e.transition] ?? words(e.transition ?? ""), e.who ?? "–", e.reason ?? sentence(e.text)]), { caption: "Events of the alarm", className: "plain" }));
     } catch (error) {
       events.lastElementChild.replaceChildren(h("p", { class: "error" }, `Events could not be loaded: ${error.message}`));
     }
@@ -92,14 +95,17 @@ export function alarmView(main, { alarms, path, reloadAlarms }) {
       const key = JSON.stringify(alarm);
       if (key === state) return;
       state = key;
-      view.title = `${alarm.axis}: ${alarm.text}`;
+      const text = sentence(alarm.text);
+      const motion = fleet.axes.get(alarm.axis)?.motion;
+      view.title = `${alarm.axis ?? "Installation"}: ${text}`;
       loadEvents();
-      renew(head, alarm, () => [h("div", { class: "head" }, h("div", {}, h("h1", {}, alarm.text), h("p", { class: "meta" }, h("a", { href: link(["axis", alarm.axis]) }, alarm.axis), `, ${severityText(alarm.severity)}`)),
+      renew(head, alarm, () => [h("div", { class: "head" }, h("div", {}, h("h1", {}, text), h("p", { class: "meta" }, axisLink(alarm), `, ${severityText(alarm.severity)}`)),
         h("div", { class: `verdict ${{ bad: "bad", warning: "warning", good: "good", off: "none" }[signOf(alarm)]}` }, sign(signOf(alarm)), h("div", {}, h("b", {}, alarm.active ? "Active" : "Cleared"), h("span", {}, alarmStates(alarm).slice(1).join(", "))))),
-      alarmButtons(alarm, () => loadEvents())]);
-      const figure = figureOf(alarm.alarm, alarm.change);
+      alarmButtons(alarm, loadEvents)]);
+      const figure = figureOf(alarm.alarm, motion);
+      const [, guess, cause] = /^(?:(likely|possible) cause: )?(.*)$/s.exec(sentence(alarm.cause));
       const rows = [
-        ["Change", alarmChange(alarm) || "–"], ["Likely cause", alarm.cause || "not known"], ["Figure", figure.title], ["Since", moment(alarm.since_time_s)], ["Raised", moment(alarm.raised_time_s)],
+        ["Change", alarmChange(alarm, motion) || "–"], [guess === "possible" ? "Possible cause" : "Likely cause", cause || "not known"], ["Figure", figure.title], ["Since", moment(alarm.since_time_s)], ["Raised", moment(alarm.raised_time_s)],
         alarm.cleared_time_s ? ["Cleared", moment(alarm.cleared_time_s)] : null,
         alarm.shelved ? ["Shelved", `until ${moment(alarm.shelved.until_time_s)} by ${alarm.shelved.who ?? "?"}: ${alarm.shelved.reason ?? ""}`] : null,
         alarm.suppressed ? ["Suppressed by", words(alarm.suppressed)] : null,
@@ -107,7 +113,7 @@ export function alarmView(main, { alarms, path, reloadAlarms }) {
       const around = alarm.since_time_s ?? alarm.raised_time_s;
       renew(facts.lastElementChild, [rows, alarm.evidence], () => [grid(["Of the alarm", "Value"], rows, { caption: "What is known of the alarm", className: "facts" }),
         h("ul", { class: "links" },
-          h("li", {}, h("a", { href: link(["axis", alarm.axis], { from: around - 1800, to: (alarm.cleared_time_s ?? alarm.raised_time_s) + 1800, f: alarm.alarm }) }, "Trend around it")),
+          alarm.axis ? h("li", {}, h("a", { href: link(["axis", alarm.axis], { from: around - 1800, to: (alarm.cleared_time_s ?? alarm.raised_time_s) + 1800, f: bare(alarm.alarm) }) }, "Trend around it")) : null,
           alarm.evidence ? h("li", {}, h("a", { href: address(`alarms/${part(id)}/evidence.csv`), download: `${id}.csv` }, "Evidence: raw samples as CSV")) : null,
           alarm.evidence ? h("li", {}, h("a", { href: address(`alarms/${part(id)}/report.html`) }, "Evidence: report of identify")) : h("li", { class: "soft" }, "The raw samples around it are no longer there."))]);
     },

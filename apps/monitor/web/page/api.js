@@ -33,22 +33,43 @@ async function ask(path, options = {}) {
   throw new ApiError(answer.status, told.message ?? KINDS[answer.status] ?? `The server answered ${answer.status}`, told.field ?? "");
 }
 
+/** One question for a token, however many requests are refused meanwhile. */
+let asking = null;
+let readingNeedsIt = false;
+let refused = false;
+
 /** Asks `send` again with a token as long as it is refused and the person gives one. */
 async function withToken(send) {
   for (let wrong = false; ; wrong = true) {
+    const used = sessionStorage.getItem(TOKEN);
     try {
       return await send();
     } catch (error) {
       if (!(error instanceof ApiError) || error.status !== 401) throw error;
-      const had = sessionStorage.getItem(TOKEN) !== null;
-      const token = await askToken(wrong || had);
+      if (sessionStorage.getItem(TOKEN) !== used) continue;
+      asking ??= askToken(wrong || used !== null).finally(() => { asking = null; });
+      const token = await asking;
       if (token === null) throw error;
       sessionStorage.setItem(TOKEN, token);
     }
   }
 }
 
-export const get = (path, signal) => ask(path, { signal });
+/** The token, where reading needs it, too. */
+export const readToken = () => (readingNeedsIt ? sessionStorage.getItem(TOKEN) : null);
+
+/** A person who gave no token is not asked by each of the page's own questions again. */
+export const get = (path, signal) => (refused ? ask(path, { signal }) : withToken(async () => {
+  try {
+    return await ask(path, { signal });
+  } catch (error) {
+    if (error.status === 401) readingNeedsIt = true;
+    throw error;
+  }
+}).catch((error) => {
+  if (error.status === 401) refused = true;
+  throw error;
+}));
 
 export const post = (path, body) => withToken(() =>
   ask(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) }));

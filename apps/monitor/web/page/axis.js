@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // One axis: what is wrong, its figures, response, loop and trends, what the estimator does, and what a person can do.
-import { isNumber, list, plain, prettyUnit, significant, words } from "../report/format.js";
+import { isNumber, list, plain, prettyUnit, significant, words } from "./report/format.js";
 import { axisButtons } from "./actions.js";
 import { get, part } from "./api.js";
 import { alarmLine } from "./alarms.js";
@@ -9,7 +9,7 @@ import { ageOf, groupOf, isStale } from "./model.js";
 import { responsePart } from "./response.js";
 import { go, link } from "./route.js";
 import { trendsPart } from "./trends.js";
-import { beyondLimit, changeText, count, duration, figureOf, fromInput, GATES, isOpen, latencyText, moment, orderedFigures, sigmas, stateText, toInput, valueText, verdictText } from "./words.js";
+import { beyondLimit, changeText, count, duration, figureOf, fromInput, GATES, isOpen, latencyText, moment, orderedFigures, sentence, sigmas, stateText, toInput, valueText, verdictText } from "./words.js";
 
 const DETAILS_MS = 5000;
 const CLASS = ["good", "none", "none", "warning", "bad"];
@@ -32,7 +32,7 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
       h("thead", {}, h("tr", {}, ["Figure", "Now", "Baseline", "Change", "Limit of change", "Standard deviations"].map((t, i) => h("th", { scope: "col", class: i ? "n" : null }, t)))), figuresBody))), left);
   const response = responsePart(columns);
   const trends = trendsPart(columns, {
-    axis: name, serverNow, setQuery: (change) => { query = { ...query, ...change }; go(["axis", name], query); },
+    name, serverNow, setQuery: (change) => { query = { ...query, ...change }; go(["axis", name], query); },
   });
   trends.query(query);
   const gates = h("ul", { class: "gates" });
@@ -51,7 +51,7 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
       more = await get(`axes/${part(name)}`);
       known = true;
       say(missing, "");
-      fleet.merge(name, { ...more }, performance.now());
+      fleet.merge(name, more, performance.now());
     } catch (error) {
       if (error.status === 404) say(missing, `There is no axis named ${name}.`);
     }
@@ -68,7 +68,7 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
   function figureRows(axis) {
     for (const key of orderedFigures(axis.figures)) {
       const told = axis.figures[key];
-      const figure = figureOf(key, told);
+      const figure = figureOf(key, axis.motion);
       if (!slots.has(key)) {
         const cells = ["Now", "Baseline", "Change", "Limit of change", "Standard deviations"].map((title) => h("td", { class: "n", "data-name": title }));
         slots.set(key, cells);
@@ -97,8 +97,8 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
     }));
     const facts = [
       ["Method", e.method ? words(e.method) : null], ["Memory", isNumber(e.memory_s) ? duration(e.memory_s) : null], ["Learned", isNumber(e.learned_s) ? duration(e.learned_s) : null],
-      ["Began with", e.start ? words(typeof e.start === "string" ? e.start : JSON.stringify(e.start)) : null], ["Verdict", verdictText(axis.verdict)],
-      ["Controller", more?.loop?.controller ? String(more.loop.controller) : null], ["Configuration", more?.configuration_hash ? String(more.configuration_hash) : null],
+      ["Began with", e.start ? words(e.start) : null], ["Verdict", verdictText(axis.verdict)],
+      ["Controller", more?.loop?.controller ?? null], ["Delay of the loop", isNumber(more?.loop?.delay_s) ? `${plain(1000 * more.loop.delay_s, 3)} ms` : null], ["Configuration", more?.configuration_hash || null],
     ].filter(([, v]) => v !== null);
     renew(estimator.lastElementChild, facts, () => [grid(["Estimator", "Value"], facts, { caption: "Settings of the estimator", className: "facts" })]);
   }
@@ -117,7 +117,8 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
   function baselinePart() {
     const all = list(more?.baselines);
     renew(baselines.lastElementChild, all, () => [all.length ? grid(["Set", "By", "Reason", "Figures"], all.map((b) => [
-      moment(b.time_s), b.who ?? "–", b.reason ?? "–", orderedFigures(b.figures).slice(0, 3).map((f) => `${figureOf(f).title} ${valueText(figureOf(f, b.figures[f]), b.figures[f])}`).join("; ") || "–"]),
+      moment(b.time_s) + (b.active ? " (in use)" : ""), b.who ?? "–", b.reason ?? "–",
+      orderedFigures(b.figures).slice(0, 3).map((f) => `${figureOf(f, more.motion).title} ${valueText(figureOf(f, more.motion), b.figures[f])}`).join("; ") || "–"]),
     { caption: "Baselines, newest first", className: "plain" }) : h("p", { class: "soft" }, "No baseline yet.")]);
   }
 
@@ -132,31 +133,31 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
       trends.query(next);
       return true;
     },
-    response: (event) => { if (event.axis === undefined || event.axis === name) response.show(event); },
+    stream: { response: (event) => { if (event.axis === undefined || event.axis === name) response.show(event); } },
     update: (now) => {
       const axis = fleet.axes.get(name);
       if (now - asked > DETAILS_MS) details();
       if (!axis || !known) return;
       const old = isStale(axis, now);
       const age = ageOf(axis, now);
-      response.update(now, axis.figures, old ? `No data for ${duration(age)}` : "");
+      response.update(now, axis, more?.loop ?? {}, old ? `No data for ${duration(age)}` : "");
       if (now - filled < 200) return;
       filled = now;
       const group = groupOf(axis, now);
       verdict.className = `verdict ${CLASS[group]}`;
       renew(verdict.firstElementChild, SIGN[group], () => [sign(SIGN[group])]);
       say(verdict.querySelector("b"), axis.unacknowledged ? "Alarm" : axis.alarms ? "Alarm, acknowledged" : old ? "No data" : axis.trusted ? "Trusted" : axis.state === "following" ? "Not trusted" : stateText(axis.state));
-      say(verdict.querySelector("b + span"), axis.worst_alarm?.text ?? (old ? `for ${duration(age)}` : axis.why ?? ""));
+      say(verdict.querySelector("b + span"), axis.worst_alarm ? sentence(axis.worst_alarm.text) : (old ? `for ${duration(age)}` : axis.why ?? ""));
       say(meta, `${stateText(old ? "stale" : axis.state)}; ${age === null ? "no samples yet" : old ? `newest sample ${duration(age)} ago` : `data ${duration(age)} old, latency ${latencyText(axis.seen_latency_s ?? axis.latency_s)}`}`);
       say(stale, old ? "No samples arrive from this axis: figures and curves below are the last known ones, not those of now." : "");
       mark(columns, "data-stale", old);
       const mine = [...alarms.values()].filter((a) => a.axis === name && (isOpen(a) || a.shelved || a.suppressed));
-      renew(open, mine, () => (mine.length ? [h("section", { class: "open-alarms" }, h("h2", {}, "Alarms"), h("ul", { class: "alarm-list" }, mine.map((a) => alarmLine(a, () => {}))))] : []));
+      renew(open, mine, () => (mine.length ? [h("section", { class: "open-alarms" }, h("h2", {}, "Alarms"), h("ul", { class: "alarm-list" }, mine.map(alarmLine)))] : []));
       figureRows(axis);
       estimatorPart(axis);
       samplePart(axis);
       baselinePart();
-      trends.update(now, axis.figures);
+      trends.update(now, axis);
     },
     leave: () => { response.leave(); trends.leave(); },
   };

@@ -41,7 +41,7 @@ export function askAndDo({ title, text = "", fields, button, run }) {
 
 let controls = 0;
 
-function control({ name, label, kind = "text", options, required = true, value = "", autocomplete = "off", most = 500 }) {
+function control({ name, label, kind = "text", options, required = true, value = "", autocomplete = "off", most = 200 }) {
   const id = `field-${++controls}`;
   const common = { id, required, name, autocomplete };
   const element = kind === "select"
@@ -51,15 +51,11 @@ function control({ name, label, kind = "text", options, required = true, value =
   return { name, element, read: () => element.value.trim(), part: h("div", { class: "field" }, h("label", { for: id }, label), element) };
 }
 
-/** Who does it, remembered, and why. */
-export const person = () => [
-  { name: "who", label: "Your name", value: localStorage.getItem(WHO) ?? "", autocomplete: "name", most: 100 },
-  { name: "reason", label: "Reason", kind: "area" },
-];
-
-/** As askAndDo(), with the person's name kept for the next time. */
+/** As askAndDo(), with who does it, kept for the next time, and why, which may be `optional`. */
 export const askPerson = (what) => askAndDo({
-  ...what, fields: [...person(), ...(what.fields ?? [])],
+  ...what,
+  fields: [{ name: "who", label: "Your name", value: localStorage.getItem(WHO) ?? "", autocomplete: "name" },
+    { name: "reason", label: what.optional ? "Reason (optional)" : "Reason", kind: "area", required: !what.optional }, ...(what.fields ?? [])],
   run: async (values) => {
     const done = await what.run(values);
     localStorage.setItem(WHO, values.who);

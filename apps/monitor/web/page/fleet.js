@@ -3,7 +3,7 @@
 import { h, mark, say, sign } from "./dom.js";
 import { ageOf, FILTERS, groupOf, isStale, matches, mostChanged, worstFirst } from "./model.js";
 import { go, link } from "./route.js";
-import { beyondLimit, changeText, duration, figureOf, latencyText, orderedFigures, plural, stateText, valueText } from "./words.js";
+import { beyondLimit, changeText, duration, figureOf, latencyText, orderedFigures, plural, sentence, stateText, valueText } from "./words.js";
 
 /** Figures that a row shows, and from how many standard deviations on another one takes the place of the last. */
 const FIGURES = ["resonance", "stiffness", "modulus_margin", "load_inertia"];
@@ -122,7 +122,7 @@ export function fleetView(main, { fleet, query }) {
     mark(r.row, "data-stale", stale);
     const age = ageOf(axis, now);
     say(r.state, stale ? `No data for ${duration(age)}` : axis.state === "following" ? (axis.trusted ? "Trusted" : "Not trusted") : stateText(axis.state));
-    say(r.text, axis.worst_alarm ? `${axis.unacknowledged ? "Alarm" : "Acknowledged alarm"}: ${axis.worst_alarm.text}` + (axis.alarms > 1 ? ` (and ${axis.alarms - 1} more)` : "")
+    say(r.text, axis.worst_alarm ? `${axis.unacknowledged ? "Alarm" : "Acknowledged alarm"}: ${sentence(axis.worst_alarm.text)}` + (axis.alarms > 1 ? ` (and ${axis.alarms - 1} more)` : "")
       : axis.trusted && !stale ? "" : axis.why ?? "");
     say(r.data, stale ? "" : age === null ? "no data yet" : `${duration(age)} old, latency ${latencyText(axis.seen_latency_s ?? axis.latency_s)}`);
     fillFigures(r, axis);
@@ -144,7 +144,7 @@ export function fleetView(main, { fleet, query }) {
       mark(slot.part, "hidden", i >= some.length);
       if (i >= some.length) return;
       const told = axis.figures[some[i]];
-      const figure = figureOf(some[i], told);
+      const figure = figureOf(some[i], axis.motion);
       say(slot.name, figure.title);
       say(slot.value, valueText(figure, told));
       const beyond = beyondLimit(told);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Starts the page: one stream, one clock of drawing, and the view that the URL names.
-import { list } from "../report/format.js";
-import { watchLayout } from "../report/plot.js";
+import { list } from "./report/format.js";
+import { watchLayout } from "./report/plot.js";
 import { alarmView, alarmsView } from "./alarms.js";
-import { get } from "./api.js";
+import { get, readToken } from "./api.js";
 import { axisView } from "./axis.js";
 import { compareView } from "./compare.js";
 import { h, say } from "./dom.js";
@@ -13,7 +13,7 @@ import { parse } from "./route.js";
 import { statusView } from "./status.js";
 import { Stream } from "./stream.js";
 import { drawTop } from "./top.js";
-import { isOpen, plural } from "./words.js";
+import { isOpen, plural, sentence } from "./words.js";
 
 /** All axes are asked for anew this often: what a frame left out, and the clock's difference. */
 const RESYNC_MS = 60000;
@@ -46,7 +46,7 @@ async function resync() {
 
 async function reloadAlarms() {
   try {
-    for (const alarm of list((await get("alarms?limit=1000")).alarms)) alarms.set(alarm.id, alarm);
+    for (const alarm of list((await get("alarms?limit=1000")).alarms)) alarms.set(String(alarm.id), alarm);
   } catch (error) {
     console.warn("alarms:", error.message);
   }
@@ -58,13 +58,14 @@ const tellNew = () => {
   telling = 0;
   const newest = fresh[fresh.length - 1];
   if (!newest) return;
-  say(document.getElementById("announce"), fresh.length === 1 ? `New alarm on ${newest.axis}: ${newest.text}` : `${plural(fresh.length, "new alarm")}, the newest on ${newest.axis}: ${newest.text}`);
+  const of = newest.axis ?? "the installation";
+  say(document.getElementById("announce"), fresh.length === 1 ? `New alarm on ${of}: ${sentence(newest.text)}` : `${plural(fresh.length, "new alarm")}, the newest on ${of}: ${sentence(newest.text)}`);
   fresh.length = 0;
 };
 
 function alarmEvent(alarm) {
-  const old = alarms.get(alarm.id);
-  alarms.set(alarm.id, alarm);
+  const old = alarms.get(String(alarm.id));
+  alarms.set(String(alarm.id), alarm);
   if (alarm.active && isOpen(alarm) && !alarm.acknowledged && !(old?.active && !old.acknowledged)) {
     fresh.push(alarm);
     if (!telling) telling = setTimeout(tellNew, GATHER_MS);
@@ -72,15 +73,17 @@ function alarmEvent(alarm) {
 }
 
 const stream = new Stream({
+  hello: ({ resumed }) => { if (!resumed) reloadAlarms(); },
   frame: (frame) => fleet.frame(frame, performance.now(), unixNow()),
   alarm: alarmEvent,
-  response: (event) => view?.response?.(event),
+  axis: (status) => fleet.merge(status.name, status, performance.now()),
+  response: (event) => view?.stream?.response(event),
   state: (state) => {
-    if (state === "open") { resync(); reloadAlarms(); }
+    if (state === "open") resync();
     say(document.getElementById("announce"), state === "broken" ? "Connection lost, trying again" : state === "open" ? "Connected" : "");
     document.body.dataset.connection = state;
   },
-});
+}, readToken);
 
 const VIEWS = { "": fleetView, axis: axisView, alarms: alarmsView, alarm: alarmView, status: statusView };
 const top = drawTop(document.getElementById("top"));
@@ -137,8 +140,6 @@ function tick(now) {
 }
 
 watchLayout(main);
-resync();
-reloadAlarms();
 setInterval(resync, RESYNC_MS);
 route();
 requestAnimationFrame(tick);

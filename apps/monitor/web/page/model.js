@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
 // What the page knows of the fleet, from the interface's answers and frames. Pure functions and one class without a clock of its own.
-import { isNumber } from "../report/format.js";
+import { isNumber } from "./report/format.js";
 import { severityOf, sigmas } from "./words.js";
 
 /** Without samples for so long an axis counts as stale, whatever the server last said of it. */
 export const STALE_S = 5;
+
+/** What a status lacks that has none. */
+const NOTHING = { why: "", age_s: null, latency_s: null, worst_alarm: null };
+const NO_FIGURE = { value: null, std: null, change: null, change_std: null };
 
 export class Fleet {
   axes = new Map();
@@ -21,14 +25,15 @@ export class Fleet {
     this.received = now;
   }
 
-  /** A frame tells parts of some axes: what is left out stays as it was. */
+  /** A frame tells of some axes what changes; what hardly does (baseline, limit, counters) stays as it was. */
   frame({ time_s: time, axes }, now, unixNow) {
     const transit = isNumber(time) ? Math.max(0, unixNow + this.offset.s - time) : 0;
     for (const [name, status] of Object.entries(axes ?? {})) {
+      const before = this.axes.get(name)?.sample;
       this.merge(name, status, now);
-      const axis = this.axes.get(name);
-      // From the sample to this page: what the server needed, and the way here.
-      if (isNumber(axis.latency_s)) axis.seen_latency_s = axis.latency_s + transit;
+      // From the newest sample to this page: what the service needed, how long it waited for a frame, and the way here.
+      const served = Math.max(status.latency_s ?? 0, status.age_s ?? 0);
+      if (status.sample !== before && served > 0) this.axes.get(name).seen_latency_s = served + transit;
     }
     this.received = now;
   }
@@ -37,11 +42,10 @@ export class Fleet {
     let axis = this.axes.get(name);
     if (!axis) this.axes.set(name, axis = { told_at: now, figures: {} });
     const { figures } = axis;
+    for (const key in figures) Object.assign(figures[key], NO_FIGURE);
     for (const key in status.figures) figures[key] = Object.assign(figures[key] ?? {}, status.figures[key]);
-    Object.assign(axis, status, { name, figures });
+    Object.assign(axis, NOTHING, status, { name, figures });
     if (isNumber(status.age_s)) axis.told_at = now;
-    // Without an alarm a status lacks the field.
-    if (status.alarms === 0 && status.unacknowledged === 0 && !status.worst_alarm) delete axis.worst_alarm;
   }
 
   /** The clock's difference by a question asked at `asked` and answered at `answered` (both UNIX, the browser's). */

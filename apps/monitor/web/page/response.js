@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The live frequency response and the loop of one axis, over those of the baseline, drawn by the report's own charts.
-import { drawBode } from "../report/bode.js";
-import { points } from "../report/curves.js";
-import { isNumber, list, plain, significant } from "../report/format.js";
-import { drawNyquist } from "../report/nyquist.js";
-import { release } from "../report/plot.js";
+import { drawBode } from "./report/bode.js";
+import { points } from "./report/curves.js";
+import { isNumber, list, plain, significant } from "./report/format.js";
+import { drawNyquist } from "./report/nyquist.js";
+import { release } from "./report/plot.js";
 import { grid, h } from "./dom.js";
 
 /** All that stands behind a ± on this page is one standard deviation; of complex values the region of the same probability. */
@@ -18,7 +18,7 @@ const READ_MS = 5000;
 const withFrequency = (columns, frequency) => (columns ? { frequency_hz: frequency, ...columns } : undefined);
 
 /** As the report's charts want it. */
-export function reportOf(response, figures) {
+export function reportOf(response, { figures, motion }, loop) {
   const frequency = response.frequency_hz;
   const value = (name) => figures[name] ?? {};
   const margins = (read, deviation) => Object.fromEntries(["modulus_margin", "phase_margin_deg"].flatMap((name) => {
@@ -32,10 +32,10 @@ export function reportOf(response, figures) {
     frequency_response: response,
     resonances: [["antiresonance_hz", "antiresonance"], ["resonance_hz", "resonance"]].map(([name, kind]) =>
       ({ kind, frequency_hz: value(name).value, std_hz: value(name).std })),
-    loop: margins((f) => f.value, (f) => f.std),
+    loop: { ...margins((f) => f.value, (f) => f.std), ...(isNumber(loop.crossover_hz) ? { crossover_hz: loop.crossover_hz } : {}) },
     planned_loop: baselineLoop ? margins((f) => f.baseline, () => null) : undefined,
     page: {
-      confidence: CONFIDENCE, joined: true, explain: EXPLAIN, units: { response: response.unit ?? "" },
+      confidence: CONFIDENCE, joined: true, explain: EXPLAIN, units: { response: motion === "linear" ? "m/s/N" : "rad/s/Nm" },
       names: { measured: "now", model: "baseline", curve: "L now", planned: "L of the baseline", ran: "Now", other: "Baseline" },
       model_curve: withFrequency(response.baseline, frequency), loop_curve: withFrequency(response.loop, frequency), planned_curve: baselineLoop,
     },
@@ -69,14 +69,14 @@ export function responsePart(root) {
   return {
     show: (response) => { newest = response; },
     /** `stale`: a text over the curves that says so, or empty. */
-    update: (now, figures, stale) => {
+    update: (now, axis, loop, stale) => {
       place.classList.toggle("stale", stale !== "");
       for (const box of place.querySelectorAll(":scope > section")) box.dataset.stale = stale;
       const pause = place.contains(document.activeElement) ? READ_MS : DRAW_MS;
       if (!newest || newest === drawn || now - last < pause) return;
       last = now;
       drawn = newest;
-      const data = reportOf(newest, figures);
+      const data = reportOf(newest, axis, loop);
       if (kindOf(newest) !== kind) {
         kind = kindOf(newest);
         build(data);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The installation: sources and what they promise, store, threshold, version.
-import { isNumber, list, words } from "../report/format.js";
+import { isNumber, list, words } from "./report/format.js";
 import { get } from "./api.js";
 import { grid, h, renew, say } from "./dom.js";
-import { bytesText, count, duration, moment, plural } from "./words.js";
+import { bytesText, count, duration, moment, plural, sentence } from "./words.js";
 
 const EVERY_MS = 3000;
 
@@ -26,8 +26,8 @@ export function statusView(main) {
       put(store, [["Stored", bytesText(db.bytes)], ["Waiting to be stored", isNumber(db.pending) ? plural(db.pending, "row") : "–"],
         ["Disk", db.disk_full ? "FULL: nothing is stored until there is room" : "has room"],
         ["One false alarm of the installation in", duration(limit.false_alarm_interval_s)], ["One false alarm per figure in", duration(limit.per_figure_s)]], "Store and threshold");
-      const events = list(trail?.events ?? trail?.audit);
-      renew(audit.lastElementChild, events, () => [events.length ? grid(["Time", "Axis", "What", "By", "Reason"], events.map((e) => [moment(e.time_s), e.axis ?? "–", words(e.transition ?? e.action ?? ""), e.who ?? "–", e.reason ?? e.text ?? ""]), { caption: "What people and the service did, newest first", className: "plain" }) : h("p", { class: "soft" }, "Nothing yet.")]);
+      const events = list(trail?.audit);
+      renew(audit.lastElementChild, events, () => [events.length ? grid(["Time", "Axis", "What", "By", "Reason"], events.map((e) => [moment(e.time_s), e.axis ?? "–", words(e.action), e.who ?? "–", e.reason ?? sentence(e.text)]), { caption: "What people and the service did, newest first", className: "plain" }) : h("p", { class: "soft" }, "Nothing yet.")]);
     } catch (error) {
       say(problem, `The status could not be loaded: ${error.message}`);
     }

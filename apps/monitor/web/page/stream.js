@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: MIT
-// The page's one stream of events: opened anew when it breaks, from the last event that was seen.
+// The page's one stream of events, opened anew when it breaks. The browser's own reconnection tells the server the last event that it
+// saw; after one of ours the server says that the stream is not resumed, and what was missed is asked for.
 
 /** Without an event for so long the connection is opened anew: a dead one tells nothing. */
 const SILENT_MS = 20000;
 const FIRST_WAIT_MS = 1000;
 const LONGEST_WAIT_MS = 10000;
-const EVENTS = ["frame", "alarm", "response"];
+const EVENTS = ["hello", "frame", "alarm", "axis", "response"];
 
 export class Stream {
-  /** `handlers`: frame, alarm, response with the event's data; state(name) is one of "connecting", "open", "broken". */
-  constructor(handlers) {
+  /** `handlers`: one for each of the events, given its data, and state(name): "connecting", "open" or "broken". `token` tells
+   *  the one that reading needs, or null. */
+  constructor(handlers, token) {
     this.handlers = handlers;
+    this.token = token;
     this.axis = null;
     this.source = null;
-    this.lastId = "";
     this.waits = FIRST_WAIT_MS;
     this.state = "connecting";
     this.brokenAt = null;
@@ -36,8 +38,8 @@ export class Stream {
     this.source?.close();
     const query = new URLSearchParams();
     if (this.axis) query.set("axis", this.axis);
-    // A new EventSource cannot send the header Last-Event-ID; the browser's own reconnection does.
-    if (this.lastId) query.set("last_event_id", this.lastId);
+    // An EventSource sends no header of ours.
+    if (this.token()) query.set("token", this.token());
     const text = query.toString();
     const source = new EventSource("api/v1/stream" + (text ? "?" + text : ""));
     this.source = source;
@@ -56,7 +58,6 @@ export class Stream {
       source.addEventListener(name, (event) => {
         if (source !== this.source) return;
         this.heard = performance.now();
-        if (event.lastEventId) this.lastId = event.lastEventId;
         let data;
         try {
           data = JSON.parse(event.data);

@@ -1,21 +1,25 @@
 // SPDX-License-Identifier: MIT
 // Figures of one axis over minutes to years: means with their deviation, least and largest, alarms. The server thins to the width shown.
-import { drawChart } from "../report/chart.js";
-import { isNumber, list, prettyUnit, significant } from "../report/format.js";
-import { release } from "../report/plot.js";
+import { drawChart } from "./report/chart.js";
+import { isNumber, list, percent, prettyUnit, significant } from "./report/format.js";
+import { release } from "./report/plot.js";
 import { get, part } from "./api.js";
 import { grid, h, mark, say } from "./dom.js";
 import { tableOnDemand } from "./response.js";
-import { duration, figureOf, fromInput, moment, orderedFigures, toInput } from "./words.js";
+import { bare, duration, figureOf, fromInput, moment, orderedFigures, toInput } from "./words.js";
 
 const SPANS = [[600, "10 min"], [3600, "1 h"], [6 * 3600, "6 h"], [86400, "1 day"], [7 * 86400, "1 week"], [30 * 86400, "1 month"], [365 * 86400, "1 year"], [5 * 365 * 86400, "5 years"]];
 const DEFAULT_SPAN = 3600;
 const PREFERRED = ["resonance", "stiffness", "modulus_margin"];
 const SHORTEST_S = 1;
 
-/** What is chosen by the URL: figures, and a span that ends now or two times. */
+/** Raw samples are had by the hour. */
+const LONGEST_RAW_S = 3600;
+
+/** What is chosen by the URL: figures, with or without their units, and a span that ends now or two times. */
 export function chosen(query, names) {
-  const asked = (query.f ?? "").split(",").filter((f) => names.includes(f));
+  const wanted = (query.f ?? "").split(",").map(bare);
+  const asked = names.filter((name) => wanted.includes(bare(name)));
   const preferred = names.filter((n) => PREFERRED.some((p) => n.startsWith(p)));
   const [from, to] = [Number(query.from), Number(query.to)];
   const fixed = query.from !== undefined && query.to !== undefined && isNumber(from) && isNumber(to) && to > from;
@@ -24,14 +28,14 @@ export function chosen(query, names) {
 }
 
 /** One figure's history as a chart of the report. */
-export function chartOf(name, told, history, [from, to], alarms, baseline) {
-  const figure = figureOf(name, told);
+export function chartOf(name, motion, history, [from, to], alarms, baseline) {
+  const figure = figureOf(name, motion);
   const unit = prettyUnit(figure.unit);
   const f = history.figures?.[name] ?? {};
   const x = list(history.time_s);
   const value = list(f.value);
   const at = (column, i) => (isNumber(list(column)[i]) ? list(column)[i] : null);
-  const trusted = (i) => (f.trusted ? f.trusted[i] !== false && f.trusted[i] !== 0 : true);
+  const trusted = (i) => !(list(f.trusted)[i] === 0);
   const y = x.map((_, i) => (trusted(i) ? at(value, i) : null));
   const half = x.map((_, i) => (trusted(i) ? at(f.std, i) : null));
   const bound = (sign) => y.map((v, i) => (v === null || half[i] === null ? null : v + sign * half[i]));
@@ -41,7 +45,7 @@ export function chartOf(name, told, history, [from, to], alarms, baseline) {
   ];
   if (history.resolution !== "row" && f.min && f.max) curves.push({ name: "least … largest", mark: "band", x, y: [], lower: f.min, upper: f.max });
   if (isNumber(baseline)) curves.push({ name: "baseline", mark: "dashed", x: [from, to], y: [baseline, baseline] });
-  const shapes = alarms.filter((a) => a.alarm === name || figureOf(a.alarm).title === figure.title)
+  const shapes = alarms.filter((a) => bare(a.alarm) === bare(name))
     .filter((a) => isNumber(a.raised_time_s) && a.raised_time_s < to && (a.cleared_time_s ?? Infinity) > from)
     .map((a) => ({ kind: "rectangle", name: "not normal: alarm", x: Math.max(from, a.raised_time_s), x_end: Math.min(to, a.cleared_time_s ?? to) }));
   return {
@@ -50,7 +54,7 @@ export function chartOf(name, told, history, [from, to], alarms, baseline) {
   };
 }
 
-export function trendsPart(root, { axis, setQuery, serverNow }) {
+export function trendsPart(root, { name: axis, setQuery, serverNow }) {
   const resolution = h("p", { class: "explain", role: "status" });
   const pick = h("div", { class: "chips", role: "group", "aria-label": "Figures" });
   const spans = h("div", { class: "chips", role: "group", "aria-label": "Time shown" });
@@ -68,6 +72,7 @@ export function trendsPart(root, { axis, setQuery, serverNow }) {
 
   let query = {};
   let figures = {};
+  let motion;
   let names = [];
   let what = null;
   let shown = null; // { range, history }
@@ -107,14 +112,14 @@ export function trendsPart(root, { axis, setQuery, serverNow }) {
       drawn.delete(name);
     }
     for (const name of what.figures) {
-      const chart = chartOf(name, figures[name], history, range, alarms, figures[name]?.baseline);
+      const chart = chartOf(name, motion, history, range, alarms, figures[name]?.baseline);
       if (drawn.has(name)) {
         drawn.get(name).update(chart);
         continue;
       }
       const place = h("div", {});
       const title = h("h3", { id: `trend-${name}` }, chart.title);
-      const figure = h("figure", { "aria-labelledby": `trend-${name}` }, title, place, tableOnDemand(`${chart.title} as a table`, () => historyTable(name, figures[name], shown.history)));
+      const figure = h("figure", { "aria-labelledby": `trend-${name}` }, title, place, tableOnDemand(`${chart.title} as a table`, () => historyTable(name, motion, shown.history)));
       charts.append(figure);
       drawn.set(name, { part: figure, update: drawChart(place, chart, { height: 210, onZoom: zoomed }) });
     }
@@ -126,7 +131,8 @@ export function trendsPart(root, { axis, setQuery, serverNow }) {
       fromField.value = toInput(from);
       toField.value = toInput(to);
     }
-    evidence.replaceChildren(h("a", { href: `api/v1/axes/${part(axis)}/raw?from=${from.toFixed(3)}&to=${to.toFixed(3)}`, download: `${axis}.csv` }, "Raw samples of this time as CSV"));
+    if (to - from > LONGEST_RAW_S + 1) evidence.replaceChildren("Raw samples can be had for an hour at most: zoom in.");
+    else evidence.replaceChildren(h("a", { href: `api/v1/axes/${part(axis)}/raw?from=${from.toFixed(3)}&to=${to.toFixed(3)}`, download: `${axis}.csv` }, "Raw samples of this time as CSV"));
   }
 
   async function fetchNow() {
@@ -154,9 +160,10 @@ export function trendsPart(root, { axis, setQuery, serverNow }) {
 
   return {
     query: (next) => { query = next; what = null; fetchedAt = -Infinity; },
-    update: (now, told) => {
-      figures = told;
-      const all = orderedFigures(told);
+    update: (now, axis) => {
+      figures = axis.figures;
+      motion = axis.motion;
+      const all = orderedFigures(figures);
       if (all.length === 0) return;
       if (what === null || all.length !== names.length) {
         names = all;
@@ -171,7 +178,7 @@ export function trendsPart(root, { axis, setQuery, serverNow }) {
               const next = names.filter((n) => (n === name) !== what.figures.includes(n));
               if (next.length) setQuery({ f: next.join(",") });
             },
-          }, figureOf(name, figures[name]).title)));
+          }, figureOf(name, motion).title)));
         }
         for (const button of pick.children) mark(button, "aria-pressed", what.figures.includes(button.dataset.figure));
       }
@@ -184,12 +191,15 @@ export function trendsPart(root, { axis, setQuery, serverNow }) {
   };
 }
 
-function historyTable(name, told, history) {
-  const figure = figureOf(name, told);
+function historyTable(name, motion, history) {
+  const figure = figureOf(name, motion);
   const unit = figure.unit ? `, ${prettyUnit(figure.unit)}` : "";
   const f = history.figures?.[name] ?? {};
   const cell = (column, i) => (isNumber(list(column)[i]) ? significant(column[i], 5) : "–");
   return grid(["Time", figure.title + unit, "Standard deviation", "Least", "Largest", "Trusted"], list(history.time_s).map((t, i) =>
-    [moment(t), cell(f.value, i), cell(f.std, i), cell(f.min, i), cell(f.max, i), f.trusted ? (f.trusted[i] ? "yes" : "no") : "–"]),
+    [moment(t), cell(f.value, i), cell(f.std, i), cell(f.min, i), cell(f.max, i), trustText(list(f.trusted)[i])]),
   { caption: `${figure.title} over time`, numeric: [1, 2, 3, 4], className: "numbers" });
 }
+
+/** The part of the rows that were trusted. */
+const trustText = (part) => (!isNumber(part) ? "–" : part === 1 ? "yes" : part === 0 ? "no" : percent(part));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What the interface's names mean to a reader. Pure functions.
-import { interval, isNumber, plain, plusMinus, prettyUnit, significant, words } from "../report/format.js";
+import { interval, isNumber, plain, plusMinus, powers, prettyUnit, significant, words } from "./report/format.js";
 
 /** Name, unit, and whether a change is told in percent of the baseline. */
 const FIGURES = {
@@ -9,15 +9,24 @@ const FIGURES = {
   coulomb_friction: ["Dry friction", "Nm", true], load_torque: ["Load torque", "Nm", false], modulus_margin: ["Modulus margin", "", false],
   phase_margin: ["Phase margin", "°", false], gap: ["Gap to baseline", "", false],
 };
+/** Of a machine that moves along a line. */
+const LINEAR = {
+  stiffness: ["Stiffness", "N/m"], driven_inertia: ["Motor mass", "kg"], load_inertia: ["Load mass", "kg"], damping: ["Damping", "Ns/m"], coulomb_friction: ["Dry friction", "N"],
+  load_torque: ["Load force", "N"],
+};
 const ORDER = Object.keys(FIGURES);
 const SUFFIX = /_(hz|deg|nm_per_rad|nm_rad|kgm2|nms_per_rad|nm)$/;
-const bare = (name) => String(name).replace(/-/g, "_").replace(SUFFIX, "");
+/** The name of a figure without its unit: alarms ("phase-margin") and values ("phase_margin_deg") have it in common. */
+export const bare = (name) => String(name).replace(/-/g, "_").replace(SUFFIX, "");
 
-/** What is known of a figure by its name in the interface ("resonance_hz"); the interface's own unit wins. */
-export function figureOf(name, told = {}) {
-  const [title, unit, relative] = FIGURES[bare(name)] ?? [words(bare(name)), "", false];
-  return { name, title, unit: told.unit === "deg" ? "°" : told.unit ?? unit, relative };
+/** What is known of a figure by its name in the interface ("resonance_hz"). */
+export function figureOf(name, motion = "rotary") {
+  const [title, unit, relative = true] = (motion === "linear" ? LINEAR[bare(name)] : null) ?? FIGURES[bare(name)] ?? [words(bare(name)), "", false];
+  return { name, title, unit, relative: relative && bare(name) !== "load_torque" };
 }
+
+/** A sentence of the service, which writes in ASCII: "5.1 +- 0.4 kgm2 (1 -> 2)". */
+export const sentence = (text) => powers(String(text ?? "")).replaceAll(" -> ", " → ");
 
 /** Figures of an axis in the order in which they are always shown. */
 export function orderedFigures(figures) {
@@ -27,7 +36,7 @@ export function orderedFigures(figures) {
 
 /** "15.09 ± 0.10 Hz", ± one standard deviation. */
 export function valueText(figure, { value, std } = {}) {
-  return interval(value, std, figure.unit);
+  return isNumber(value) ? interval(value, std, figure.unit) : "–";
 }
 
 /** A value with its sign and deviation: "+0.12 ± 0.03". */
@@ -95,13 +104,6 @@ export function fromInput(text) {
   return Number.isFinite(ms) ? ms / 1000 : null;
 }
 
-/** "0.3 % chance" of sigma, told as how sure: "more than 99.9 %". */
-export function sureText(sure) {
-  if (!isNumber(sure)) return "";
-  if (sure > 0.9999) return "more than 99.99\u00a0%";
-  return `${plain(100 * sure, sure > 0.99 ? 4 : 3)}\u00a0%`;
-}
-
 const STATES = {
   waiting: "Waiting for samples", learning: "Learning", following: "Following", stale: "No data", refused: "Refused",
 };
@@ -145,10 +147,10 @@ export function alarmStates(alarm) {
 export const isOpen = (alarm) => !alarm.shelved && !alarm.suppressed && (alarm.active || !alarm.acknowledged || alarm.latched === true);
 
 /** "from 143.7 to 136.4 Nm/rad, by −7.3 ± 0.8 Nm/rad (−5.1 %), 9.1 standard deviations". */
-export function alarmChange(alarm) {
+export function alarmChange(alarm, motion) {
   const c = alarm.change;
   if (!c || !isNumber(c.size)) return "";
-  const { unit } = figureOf(alarm.alarm, c);
+  const { unit } = figureOf(alarm.alarm, motion);
   const parts = [];
   if (isNumber(c.before) && isNumber(c.after)) {
     const tail = unit ? " " + prettyUnit(unit) : "";
@@ -157,7 +159,6 @@ export function alarmChange(alarm) {
   const share = isNumber(c.relative) ? ` (${signed(100 * c.relative, null, "%")})` : "";
   parts.push(`by ${signed(c.size, c.std, unit)}${share}`);
   if (isNumber(c.sigma)) parts.push(`${significant(Math.abs(c.sigma), 2)} standard deviations`);
-  if (isNumber(c.sure)) parts.push(`sure by ${sureText(c.sure)}`);
   return parts.join(", ");
 }
 
