@@ -198,7 +198,14 @@ export class Simulation {
     };
     const base = curve(this.base.get(name), false);
     delete base.coherence;
-    return { axis: name, time_s: t, ...curve(this.machineAt(name, t), true), baseline: base };
+    delete base.loop;
+    return { time_s: t, ...curve(this.machineAt(name, t), true), baseline: base };
+  }
+
+  /** By the machine of the baseline itself, without its response. */
+  baselineLoop(name) {
+    const values = GRID.map((f) => loopAt(this.base.get(name), this.commissioned.get(name), f));
+    return { real: values.map(([re]) => re), imag: values.map(([, im]) => im) };
   }
 
   historyOf(name, names, from, to, points) {
@@ -231,7 +238,7 @@ export class Simulation {
       const sigma = Math.abs(vb[f] - va[f]) / std;
       figures[f] = { a: { value: va[f], std: sa }, b: { value: vb[f], std: sb }, difference: vb[f] - va[f], std, sigma };
     }
-    return { axis: name, a_time_s: a, b_time_s: b, figures };
+    return { a_time_s: a, b_time_s: b, figures };
   }
 
   // --- alarms
@@ -241,7 +248,7 @@ export class Simulation {
     if (this.names.includes("belt-1")) {
       const k = this.commissioned.get("belt-1").k;
       this.raise({
-        id: 1, axis: "belt-1", alarm: "stiffness", severity: "high", since_time_s: s - 1100, raised_time_s: s - 900,
+        id: 1, axis: "belt-1", alarm: "stiffness", severity: "critical", since_time_s: s - 1100, raised_time_s: s - 900,
         text: `Stiffness fell by 3.00 +- 0.60 % (${k.toFixed(1)} -> ${(0.97 * k).toFixed(1)} Nm/rad)`, cause: "likely cause: belt or coupling looser (inertias unchanged)",
         change: { before: k, after: 0.97 * k, size: -0.03 * k, std: 0.006 * k, relative: -0.03, sigma: 5 }, evidence: true,
       }, s - 900);
@@ -249,14 +256,14 @@ export class Simulation {
     if (this.names.includes("winder-5")) {
       const j = this.commissioned.get("winder-5").j2;
       this.raise({
-        id: 2, axis: "winder-5", alarm: "load-inertia", severity: "medium", since_time_s: s - 86400, raised_time_s: s - 86390,
+        id: 2, axis: "winder-5", alarm: "load-inertia", severity: "warning", since_time_s: s - 86400, raised_time_s: s - 86390,
         text: "Load inertia rose by 30.0 +- 1.4 %", cause: "likely cause: heavier load (motor inertia unchanged)",
         change: { before: j, after: 1.3 * j, size: 0.3 * j, std: 0.014 * j, relative: 0.3, sigma: 21 }, evidence: true,
       }, s - 86390);
       this.act(2, "acknowledge", { who: "Lee", reason: "full reel" }, s - 86000);
     }
     if (this.names.includes("press-2")) {
-      this.raise({ id: 3, axis: "press-2", alarm: "stale", severity: "medium", since_time_s: s - 412, raised_time_s: s - 407, text: "No samples since 5 s", cause: "source plc: connection refused", evidence: false }, s - 407);
+      this.raise({ id: 3, axis: "press-2", alarm: "stale", severity: "warning", since_time_s: s - 412, raised_time_s: s - 407, text: "No samples since 5 s", cause: "source plc: connection refused", evidence: false }, s - 407);
       this.alarms.get(3).shelved = { until_time_s: s + 3 * 3600, reason: "PLC is being replaced", who: "Lee" };
     }
   }
@@ -339,7 +346,9 @@ export async function startServer({ axes = 12, token = null, readToken = false, 
       if (more === "history") return simulation.historyOf(name, query.get("figure").split(","), Number(query.get("from")), Number(query.get("to")), Number(query.get("points")));
     }
     if (what === "alarms" && !name) return listed(query);
-    if (what === "alarms" && more === "events") return { events: simulation.events.filter((e) => e.alarm === Number(name)) };
+    if (what === "alarms" && more === "events") {
+      return { events: simulation.events.filter((e) => e.alarm === Number(name)).map(({ time_s, sample, transition, state, text, who, reason }) => ({ time_s, sample, transition, state, text, who, reason })) };
+    }
     if (what === "audit") {
       const entries = simulation.events.filter((e) => e.who).map(({ time_s, axis, transition, text = "", who, reason }) => ({ time_s, axis, action: transition, text, who, reason }));
       return { audit: entries.sort((a, b) => b.time_s - a.time_s) };
@@ -439,7 +448,7 @@ export async function startServer({ axes = 12, token = null, readToken = false, 
       write(stream, "frame", frame);
       if (!simulation.names.includes(stream.axis)) continue;
       write(stream, "axis", whole(simulation.statusOf(stream.axis, now)));
-      if (beat % 3 === 0 && stream.axis !== "press-2") write(stream, "response", simulation.responseOf(stream.axis, now));
+      if (beat % 3 === 0 && stream.axis !== "press-2") write(stream, "response", { axis: stream.axis, ...simulation.responseOf(stream.axis, now) });
     }
   }, frameMs);
 

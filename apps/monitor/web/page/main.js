@@ -77,9 +77,10 @@ const stream = new Stream({
   frame: (frame) => fleet.frame(frame, performance.now(), unixNow()),
   alarm: alarmEvent,
   axis: (status) => fleet.merge(status.name, status, performance.now()),
+  refused: resync, // which asks for a token, if that is why
   response: (event) => view?.stream?.response(event),
   state: (state) => {
-    if (state === "open") resync();
+    if (state === "open" && fleet.received !== null) resync();
     say(document.getElementById("announce"), state === "broken" ? "Connection lost, trying again" : state === "open" ? "Connected" : "");
     document.body.dataset.connection = state;
   },
@@ -140,6 +141,7 @@ function tick(now) {
 }
 
 watchLayout(main);
+resync();
 setInterval(resync, RESYNC_MS);
 route();
 requestAnimationFrame(tick);

@@ -17,6 +17,24 @@ const READ_MS = 5000;
 
 const withFrequency = (columns, frequency) => (columns ? { frequency_hz: frequency, ...columns } : undefined);
 
+/** L of the baseline's machine with the controller of now: L changes as the response does. Null where the frequencies differ. */
+export function baselineLoop({ frequency_hz: frequency, real, imag, loop, baseline }) {
+  const same = loop && baseline && list(baseline.frequency_hz).length === frequency.length &&
+    frequency.every((f, i) => Math.abs(baseline.frequency_hz[i] - f) <= 1e-9 * f);
+  if (!same) return null;
+  const out = { frequency_hz: frequency, real: [], imag: [] };
+  frequency.forEach((_, i) => {
+    const square = real[i] ** 2 + imag[i] ** 2;
+    const ratio = [(baseline.real[i] * real[i] + baseline.imag[i] * imag[i]) / square, (baseline.imag[i] * real[i] - baseline.real[i] * imag[i]) / square];
+    const value = [loop.real[i] * ratio[0] - loop.imag[i] * ratio[1], loop.real[i] * ratio[1] + loop.imag[i] * ratio[0]];
+    // What is not known stays null: null * 1 would be 0.
+    const known = [real, imag, baseline.real, baseline.imag, loop.real, loop.imag].every((column) => isNumber(column[i])) && square > 0;
+    out.real.push(known ? value[0] : null);
+    out.imag.push(known ? value[1] : null);
+  });
+  return out;
+}
+
 /** As the report's charts want it. */
 export function reportOf(response, { figures, motion }, loop) {
   const frequency = response.frequency_hz;
@@ -27,23 +45,23 @@ export function reportOf(response, { figures, motion }, loop) {
     const stdName = name === "phase_margin_deg" ? "phase_margin_std_deg" : "modulus_margin_std";
     return isNumber(x) ? [[name, x], ...(isNumber(std) ? [[stdName, std]] : [])] : [];
   }));
-  const baselineLoop = withFrequency(response.baseline?.loop, response.baseline?.frequency_hz ?? frequency);
+  const other = baselineLoop(response);
   return {
     frequency_response: response,
     resonances: [["antiresonance_hz", "antiresonance"], ["resonance_hz", "resonance"]].map(([name, kind]) =>
       ({ kind, frequency_hz: value(name).value, std_hz: value(name).std })),
     loop: { ...margins((f) => f.value, (f) => f.std), ...(isNumber(loop.crossover_hz) ? { crossover_hz: loop.crossover_hz } : {}) },
-    planned_loop: baselineLoop ? margins((f) => f.baseline, () => null) : undefined,
+    planned_loop: other ? margins((f) => f.baseline, () => null) : undefined,
     page: {
       confidence: CONFIDENCE, joined: true, explain: EXPLAIN, units: { response: motion === "linear" ? "m/s/N" : "rad/s/Nm" },
-      names: { measured: "now", model: "baseline", curve: "L now", planned: "L of the baseline", ran: "Now", other: "Baseline" },
-      model_curve: withFrequency(response.baseline, frequency), loop_curve: withFrequency(response.loop, frequency), planned_curve: baselineLoop,
+      names: { measured: "now", model: "baseline", curve: "L now", planned: "L of the baseline, controller of now", ran: "Now", other: "Baseline" },
+      model_curve: response.baseline, loop_curve: withFrequency(response.loop, frequency), planned_curve: other ?? undefined,
     },
   };
 }
 
 /** The kinds of curves that there are: with others the pictures are built anew. */
-const kindOf = (r) => [r.coherence, r.baseline, r.loop, r.baseline?.loop].map((c) => (c ? 1 : 0)).join("") + (list(r.frequency_hz).length > 400);
+const kindOf = (r) => [r.coherence, r.baseline, r.loop, baselineLoop(r)].map((c) => (c ? 1 : 0)).join("") + (list(r.frequency_hz).length > 400);
 
 export function responsePart(root) {
   const place = h("div", { class: "live" });
@@ -98,7 +116,7 @@ export function tableOnDemand(title, make) {
 function responseTable(response) {
   const db = (p) => significant(20 * Math.log10(p.abs), 4);
   const now = points(response);
-  const base = new Map(points(withFrequency(response.baseline, response.frequency_hz)).map((p) => [p.f, p]));
+  const base = new Map(points(response.baseline).map((p) => [p.f, p]));
   const head = ["Frequency, Hz", "Magnitude, dB", "± relative", "Phase, °", "Coherence", "Baseline, dB", "Baseline, °"];
   return grid(head, now.map((p) => {
     const b = base.get(p.f);

@@ -9,8 +9,8 @@ const LONGEST_WAIT_MS = 10000;
 const EVENTS = ["hello", "frame", "alarm", "axis", "response"];
 
 export class Stream {
-  /** `handlers`: one for each of the events, given its data, and state(name): "connecting", "open" or "broken". `token` tells
-   *  the one that reading needs, or null. */
+  /** `handlers`: one for each of the events, given its data; state(name): "connecting", "open" or "broken"; refused().
+   *  `token` tells the one that reading needs, or null. */
   constructor(handlers, token) {
     this.handlers = handlers;
     this.token = token;
@@ -52,7 +52,9 @@ export class Stream {
       if (source !== this.source) return;
       this.become("broken");
       // The browser tries again by itself, unless the server refused.
-      if (source.readyState === EventSource.CLOSED) this.later();
+      if (source.readyState !== EventSource.CLOSED) return;
+      this.handlers.refused();
+      this.later();
     };
     for (const name of EVENTS) {
       source.addEventListener(name, (event) => {

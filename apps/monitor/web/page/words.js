@@ -156,7 +156,7 @@ export function alarmChange(alarm, motion) {
     const tail = unit ? " " + prettyUnit(unit) : "";
     parts.push(`from ${interval(c.before, c.std)}${tail} to ${interval(c.after, c.std)}${tail}`);
   }
-  const share = isNumber(c.relative) ? ` (${signed(100 * c.relative, null, "%")})` : "";
+  const share = isNumber(c.relative) ? ` (${c.relative > 0 ? "+" : ""}${plain(100 * c.relative, 3)}\u00a0%)` : "";
   parts.push(`by ${signed(c.size, c.std, unit)}${share}`);
   if (isNumber(c.sigma)) parts.push(`${significant(Math.abs(c.sigma), 2)} standard deviations`);
   return parts.join(", ");
