@@ -248,7 +248,7 @@ export class Simulation {
     if (this.names.includes("belt-1")) {
       const k = this.commissioned.get("belt-1").k;
       this.raise({
-        id: 1, axis: "belt-1", alarm: "stiffness", severity: "critical", since_time_s: s - 1100, raised_time_s: s - 900,
+        id: 1, axis: "belt-1", alarm: "stiffness", severity: "warning", since_time_s: s - 1100, raised_time_s: s - 900,
         text: `Stiffness fell by 3.00 +- 0.60 % (${k.toFixed(1)} -> ${(0.97 * k).toFixed(1)} Nm/rad)`, cause: "likely cause: belt or coupling looser (inertias unchanged)",
         change: { before: k, after: 0.97 * k, size: -0.03 * k, std: 0.006 * k, relative: -0.03, sigma: 5 }, evidence: true,
       }, s - 900);

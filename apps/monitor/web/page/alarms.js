@@ -16,7 +16,7 @@ const MOST = 500;
 const signOf = (a) => (a.shelved || a.suppressed ? "off" : a.active ? (a.acknowledged ? "warning" : "bad") : a.acknowledged && !a.latched ? "good" : "warning");
 
 /** Open first, then by severity, then the newest. */
-export const worstAlarms = (alarms) => [...alarms].sort((a, b) => isOpen(b) - isOpen(a) || a.acknowledged - b.acknowledged ||
+const worstAlarms = (alarms) => [...alarms].sort((a, b) => isOpen(b) - isOpen(a) || a.acknowledged - b.acknowledged ||
   severityOf(b.severity) - severityOf(a.severity) || (b.raised_time_s ?? 0) - (a.raised_time_s ?? 0));
 
 /** An alarm of the installation belongs to no axis. */

@@ -7,7 +7,7 @@ const TOKEN = "resonid-token";
 /** A question that takes longer is given up: the server is gone. */
 const PATIENCE_MS = 15000;
 
-export class ApiError extends Error {
+class ApiError extends Error {
   constructor(status, message, field = "") {
     super(message);
     this.status = status;

@@ -5,7 +5,7 @@ import { h, say } from "./dom.js";
 const WHO = "resonid-who";
 
 /** Shows a dialog with fields; `run(values)` does it and may throw, which is told there. Resolves to what it returned, or null. */
-export function askAndDo({ title, text = "", fields, button, run }) {
+function askAndDo({ title, text = "", fields, button, run }) {
   return new Promise((resolve) => {
     const error = h("p", { class: "error", role: "alert" });
     const inputs = fields.map((f) => control(f));

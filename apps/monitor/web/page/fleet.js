@@ -10,6 +10,8 @@ const FIGURES = ["resonance", "stiffness", "modulus_margin", "load_inertia"];
 const CHANGED = 5;
 /** So many rows at first, and more at a time: the worst ones, or what was searched for. */
 const PAGE = 100;
+/** A pause in typing after which is searched. */
+const TYPING_MS = 120;
 /** Rows change places no more often than this, and not soon after a person moved among them. */
 const ORDER_MS = 1500;
 const TOUCHED_MS = 4000;
@@ -17,10 +19,14 @@ const TOUCHED_MS = 4000;
 const SIGN = ["good", "stale", "off", "warning", "bad"];
 
 export function fleetView(main, { fleet, query }) {
+  let typing = 0;
   let shown = { q: query.q ?? "", show: query.show ?? "all" };
   const search = h("input", {
     type: "search", id: "search", placeholder: "Name, reason, alarm", value: shown.q, autocomplete: "off", "aria-keyshortcuts": "/",
-    oninput: () => go([], { q: search.value.trim(), show: shown.show === "all" ? "" : shown.show }, { replace: true }),
+    oninput: () => {
+      clearTimeout(typing);
+      typing = setTimeout(() => go([], { q: search.value.trim(), show: shown.show === "all" ? "" : shown.show }, { replace: true }), TYPING_MS);
+    },
     onkeydown: (event) => {
       if (event.key === "ArrowDown" || event.key === "Enter") { event.preventDefault(); focusRow(visible[0]); }
       if (event.key === "Escape") { search.value = ""; search.dispatchEvent(new Event("input")); }
@@ -199,6 +205,7 @@ export function fleetView(main, { fleet, query }) {
       view.update(performance.now(), true);
       return true;
     },
+    leave: () => clearTimeout(typing),
     update: (now, force = false) => {
       if (!force && now - filled < 200) return;
       filled = now;

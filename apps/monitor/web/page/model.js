@@ -4,7 +4,7 @@ import { isNumber } from "./report/format.js";
 import { severityOf, sigmas } from "./words.js";
 
 /** Without samples for so long an axis counts as stale, whatever the server last said of it. */
-export const STALE_S = 5;
+const STALE_S = 5;
 
 /** What a status lacks that has none. */
 const NOTHING = { why: "", age_s: null, latency_s: null, worst_alarm: null };

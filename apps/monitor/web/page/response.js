@@ -36,7 +36,7 @@ export function baselineLoop({ frequency_hz: frequency, real, imag, loop, baseli
 }
 
 /** As the report's charts want it. */
-export function reportOf(response, { figures, motion }, loop) {
+function reportOf(response, { figures, motion }, loop) {
   const frequency = response.frequency_hz;
   const value = (name) => figures[name] ?? {};
   const margins = (read, deviation) => Object.fromEntries(["modulus_margin", "phase_margin_deg"].flatMap((name) => {

@@ -17,7 +17,7 @@ const SHORTEST_S = 1;
 const LONGEST_RAW_S = 3600;
 
 /** What is chosen by the URL: figures, with or without their units, and a span that ends now or two times. */
-export function chosen(query, names) {
+function chosen(query, names) {
   const wanted = (query.f ?? "").split(",").map(bare);
   const asked = names.filter((name) => wanted.includes(bare(name)));
   const preferred = names.filter((n) => PREFERRED.some((p) => n.startsWith(p)));
@@ -28,7 +28,7 @@ export function chosen(query, names) {
 }
 
 /** One figure's history as a chart of the report. */
-export function chartOf(name, motion, history, [from, to], alarms, baseline) {
+function chartOf(name, motion, history, [from, to], alarms, baseline) {
   const figure = figureOf(name, motion);
   const unit = prettyUnit(figure.unit);
   const f = history.figures?.[name] ?? {};
