@@ -45,7 +45,7 @@ struct Action {
   ActionKind kind = ActionKind::acknowledge;
   AlarmId alarm{};                 ///< Where it is about one.
   std::uint64_t until_sample = 0;  ///< shelve, maintenance.
-  std::uint64_t id = 0;  ///< Counts the actions of an axis, from 1 on; each counts once.
+  std::uint64_t id = 0;            ///< Counts the actions of an axis, from 1 on; each counts once.
 };
 
 }  // namespace resonid::monitoring

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
-#include <identification/track/follower.hpp>
 #include <identification/track/findings.hpp>
+#include <identification/track/follower.hpp>
 
 namespace resonid::identification::detail {
 
