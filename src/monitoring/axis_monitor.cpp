@@ -293,9 +293,8 @@ std::vector<std::byte> AxisMonitor::snapshot() const {
   to.put(kSnapshot);
   to.put(std::string(RESONID_VERSION));
   to.put(static_cast<std::uint64_t>(sizeof(FigureWatch) + sizeof(AlarmFacts) + sizeof(AxisAlarms)));
-  const bool gathers = phase_ == Phase::gathering || phase_ == Phase::learning;
   to.put(phase_);
-  to.put(gathers ? stretch_first_ : next_);  // a stretch is gathered again from its samples
+  to.put(resume_sample());  // a stretch is gathered again from its samples
   to.put(rest_until_);
   to.put(rest_samples_);
   to.put(reason_);

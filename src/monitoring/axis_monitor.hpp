@@ -79,6 +79,11 @@ class AxisMonitor {
   /// Why nothing was learned; empty where there is nothing to say.
   [[nodiscard]] const std::string& reason() const noexcept { return reason_; }
 
+  /// Sample from which on a snapshot taken now needs the samples again.
+  [[nodiscard]] std::uint64_t resume_sample() const noexcept {
+    const bool gathers = phase_ == Phase::gathering || phase_ == Phase::learning;
+    return gathers ? stretch_first_ : next_;
+  }
   /// The state as bytes, of one library version and one specification.
   [[nodiscard]] std::vector<std::byte> snapshot() const;
   /// As it was at a snapshot: the samples from next_sample() on are to be added. Refused: bytes that are no

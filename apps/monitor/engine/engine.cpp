@@ -1,0 +1,449 @@
+// SPDX-License-Identifier: MIT
+#include "monitor/engine/engine.hpp"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <thread>
+
+#include "monitoring/alarm_text.hpp"
+
+namespace resonid::monitor {
+namespace {
+
+using monitoring::ActionKind;
+using monitoring::AxisMonitor;
+using monitoring::Phase;
+using Clock = std::chrono::steady_clock;
+using std::chrono::duration;
+
+constexpr double kNs = 1e9;
+constexpr std::size_t kMostSamples = 4096;  // of an axis before the next axis has its turn
+constexpr auto kIdle = std::chrono::milliseconds(2);
+constexpr auto kHandOver = std::chrono::milliseconds(50);
+constexpr std::size_t kMostActions = 1000;  // that wait for an axis
+
+std::string time_text(std::int64_t ns) {
+  const auto seconds = static_cast<std::time_t>(ns / 1'000'000'000);
+  return fmt::format("{:%Y-%m-%d %H:%M:%S}", fmt::localtime(seconds));
+}
+
+}  // namespace
+
+std::int64_t now_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+class Engine::Impl {
+ public:
+  Impl(std::vector<Axis> axes, EngineOptions options) : options_(options) {
+    if (options_.workers == 0) options_.workers = std::max(1U, std::thread::hardware_concurrency());
+    for (auto& axis : axes) slots_.push_back(std::make_unique<Slot>(std::move(axis)));
+    for (std::size_t i = 0; i < slots_.size(); ++i) {
+      Slot& s = *slots_[i];
+      s.position = s.ring->position_of(s.monitor.next_sample());
+      s.ring->set_read(s.position);
+      publish(s, true);
+    }
+  }
+  ~Impl() { stop(0.0); }
+
+  void start() {
+    const std::size_t workers = std::max<std::size_t>(1, std::min(options_.workers, slots_.size()));
+    started_ = Clock::now();
+    for (std::size_t w = 0; w < workers; ++w)
+      workers_.push_back(std::make_unique<Worker>());
+    for (std::size_t i = 0; i < slots_.size(); ++i) {
+      workers_[i % workers]->axes.push_back(i);
+      // Snapshots of the axes are spread over the time between two of one.
+      slots_[i]->snapshot_due = started_ + seconds(options_.snapshot_every_s * (1.0 + static_cast<double>(i)) /
+                                                   static_cast<double>(slots_.size()));
+    }
+    for (std::size_t i = 0; i < std::max<std::size_t>(1, options_.learners); ++i)
+      threads_.emplace_back([this] { learn(); });
+    for (auto& worker : workers_) threads_.emplace_back([this, &w = *worker] { work(w); });
+  }
+
+  void stop(double drain_s) {
+    if (threads_.empty()) return;
+    drain_until_ = Clock::now() + seconds(drain_s);
+    stopping_.store(true);
+    {
+      const std::scoped_lock lock(learning_mutex_);
+    }
+    learning_.notify_all();
+    for (auto& thread : threads_) thread.join();
+    threads_.clear();
+  }
+
+  std::vector<Results> take() {
+    std::vector<Results> all;
+    for (auto& worker : workers_) {
+      const std::unique_ptr<std::vector<Results>> some(worker->out.exchange(nullptr, std::memory_order_acq_rel));
+      if (some) std::move(some->begin(), some->end(), std::back_inserter(all));
+    }
+    return all;
+  }
+
+  void stored(std::size_t axis, std::uint64_t position) {
+    slots_[axis]->stored.store(position, std::memory_order_release);
+  }
+  void keep_going(bool without_store) { without_store_.store(without_store); }
+
+  expected<void, Error> act(std::size_t axis, Told told, std::optional<double> seconds_from_now) {
+    Slot& s = *slots_[axis];
+    const std::scoped_lock lock(s.asked_mutex);
+    if (s.asked.size() >= kMostActions)
+      return tl::unexpected(Error{"action", "the axis has too many actions to take in; try again later"});
+    s.asked.push_back({std::move(told), seconds_from_now});
+    s.has_asked.store(true, std::memory_order_release);
+    return {};
+  }
+
+  [[nodiscard]] std::shared_ptr<const LiveAxis> live(std::size_t axis) const {
+    return slots_[axis]->live.load(std::memory_order_acquire);
+  }
+  [[nodiscard]] std::size_t axes() const noexcept { return slots_.size(); }
+  [[nodiscard]] std::uint64_t revision() const noexcept { return revision_.load(); }
+  [[nodiscard]] double busy() const noexcept {
+    const double passed = duration<double>(Clock::now() - started_).count();
+    return passed > 0.0 ? static_cast<double>(busy_ns_.load()) / kNs / passed : 0.0;
+  }
+
+ private:
+  struct Asked {
+    Told told;
+    std::optional<double> seconds;  // from the sample on at which it is taken
+  };
+  struct Slot {
+    explicit Slot(Axis axis)
+        : monitor(std::move(axis.monitor)),
+          ring(axis.ring),
+          replayed(axis.actions.begin(), axis.actions.end()),
+          next_action(1) {
+      for (const auto& told : replayed) next_action = std::max(next_action, told.action.id + 1);
+    }
+    AxisMonitor monitor;
+    Ring* ring;
+    std::deque<Told> replayed;  // actions taken before, by sample
+    std::uint64_t next_action;
+    std::uint64_t position = 0;
+    monitoring::Output out;
+    Results results;
+    Clock::time_point snapshot_due, publish_due, curve_due, progress = Clock::now();
+    struct {
+      std::uint64_t sample = 0;
+      std::int64_t time_ns = 0;
+      double interval_ns = 0.0;
+    } timing;  // of the newest samples
+    [[nodiscard]] std::int64_t time_of(std::uint64_t sample) const {
+      const double since = static_cast<double>(sample) - static_cast<double>(timing.sample);
+      return timing.time_ns + std::llround(since * timing.interval_ns);
+    }
+    std::vector<std::pair<std::size_t, std::pair<std::string, std::string>>> by;  // whose events those are
+    std::int64_t newest_ns = 0, processed_ns = 0, row_ns = 0;
+    bool snapshot_useful = false, changed = false, stale = false;
+    std::atomic<bool> learning{false};  // a learner has it
+    std::atomic<std::uint64_t> stored{0};
+    std::atomic<std::shared_ptr<const LiveAxis>> live;
+    std::shared_ptr<const monitoring::ResponseCurve> curve;
+    std::int64_t curve_ns = 0;
+
+    std::atomic<bool> has_asked{false};
+    std::mutex asked_mutex;
+    std::vector<Asked> asked;
+  };
+  struct Worker {
+    ~Worker() { delete out.load(); }
+    std::vector<std::size_t> axes;
+    std::atomic<std::vector<Results>*> out{nullptr};  // for take()
+    Clock::time_point handed_over{};
+  };
+
+  static Clock::duration seconds(double s) {
+    return std::chrono::duration_cast<Clock::duration>(duration<double>(s));
+  }
+
+  void work(Worker& worker) {
+    while (true) {
+      const auto begin = Clock::now();
+      std::size_t taken = 0;
+      for (const std::size_t i : worker.axes) taken += advance(i, begin);
+      const bool stopping = stopping_.load();
+      const bool drained = taken == 0 || begin > drain_until_;
+      if (stopping && drained) break;
+      hand_over(worker, begin, false);
+      busy_ns_.fetch_add(std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - begin).count(),
+                         std::memory_order_relaxed);
+      if (taken == 0) std::this_thread::sleep_for(kIdle);
+    }
+    for (const std::size_t i : worker.axes)
+      if (!slots_[i]->learning.load(std::memory_order_acquire)) make_snapshot(*slots_[i], Clock::now());
+    hand_over(worker, Clock::now(), true);
+  }
+
+  /// One axis' turn; samples taken.
+  std::size_t advance(std::size_t index, Clock::time_point now) {
+    Slot& s = *slots_[index];
+    if (s.learning.load(std::memory_order_acquire)) return 0;
+    release(s);
+    if (s.monitor.phase() == Phase::learning) {
+      begin_learning(s);
+      return 0;
+    }
+    take_actions(s);
+    const std::size_t taken = take_samples(s);
+    if (taken > 0) {
+      s.progress = now;
+      s.snapshot_useful = true;
+    }
+    watch_staleness(s, now);
+    collect(index, s);
+    if (now >= s.publish_due) publish(s, now >= s.curve_due);
+    if (now >= s.snapshot_due) make_snapshot(s, now);
+    return taken;
+  }
+
+  void release(Slot& s) {
+    const std::uint64_t to =
+        without_store_.load(std::memory_order_relaxed) ? s.position : s.stored.load(std::memory_order_acquire);
+    if (to > s.ring->read()) s.ring->set_read(to);
+  }
+
+  static std::size_t take_samples(Slot& s) {
+    const auto piece = s.ring->piece(s.position, most_samples(s));
+    if (piece.samples == 0) return 0;
+    if (piece.first_sample > s.monitor.next_sample())
+      s.monitor.miss(piece.first_sample - s.monitor.next_sample());
+    const std::size_t taken = s.monitor.add(piece.values, s.out);
+    s.position = piece.position + taken;
+    const double interval_ns =
+        piece.interval_ns > 0.0 ? piece.interval_ns : kNs / s.monitor.spec().sample_rate_hz;
+    // Without a sender's clock the newest sample in the ring is as old as now.
+    const std::int64_t first_ns =
+        piece.time_ns ? *piece.time_ns
+                      : now_ns() - std::llround(static_cast<double>(s.ring->next_sample() - piece.first_sample) *
+                                                interval_ns);
+    s.timing = {piece.first_sample, first_ns, interval_ns};
+    s.processed_ns = now_ns();
+    s.newest_ns = s.time_of(s.monitor.next_sample() - 1);
+    return taken;
+  }
+  /// Until the next action that was taken before.
+  static std::size_t most_samples(const Slot& s) {
+    if (s.replayed.empty()) return kMostSamples;
+    const std::uint64_t next = s.monitor.next_sample(), at = s.replayed.front().action.sample;
+    return at > next ? static_cast<std::size_t>(std::min<std::uint64_t>(kMostSamples, at - next)) : kMostSamples;
+  }
+
+  void begin_learning(Slot& s) {
+    s.learning.store(true, std::memory_order_release);
+    {
+      const std::scoped_lock lock(learning_mutex_);
+      to_learn_.push_back(&s);
+    }
+    learning_.notify_one();
+  }
+  void learn() {
+    std::unique_lock lock(learning_mutex_);
+    while (true) {
+      learning_.wait(lock, [this] { return stopping_.load() || !to_learn_.empty(); });
+      if (stopping_.load()) break;
+      Slot& s = *to_learn_.front();
+      to_learn_.pop_front();
+      lock.unlock();
+      s.monitor.learn();
+      s.learning.store(false, std::memory_order_release);
+      lock.lock();
+    }
+    for (Slot* s : to_learn_) s->learning.store(false, std::memory_order_release);
+    to_learn_.clear();
+  }
+
+  /// Actions taken before at their samples, then those that wait at the next one.
+  void take_actions(Slot& s) {
+    const auto next = [&] { return s.monitor.next_sample(); };
+    while (!s.replayed.empty() && s.replayed.front().action.sample <= next()) {
+      Told told = std::move(s.replayed.front());
+      s.replayed.pop_front();
+      told.action.sample = next();
+      take_action(s, std::move(told), false);
+    }
+    if (!s.has_asked.load(std::memory_order_acquire) || !s.replayed.empty()) return;
+    std::vector<Asked> asked;
+    {
+      const std::scoped_lock lock(s.asked_mutex);
+      asked.swap(s.asked);
+      s.has_asked.store(false, std::memory_order_release);
+    }
+    for (auto& one : asked) {
+      one.told.action.sample = next();
+      one.told.action.id = s.next_action++;
+      if (one.seconds)
+        one.told.action.until_sample =
+            next() + static_cast<std::uint64_t>(
+                         std::llround(std::max(0.0, *one.seconds) * s.monitor.spec().sample_rate_hz));
+      take_action(s, std::move(one.told), true);
+    }
+  }
+  static void take_action(Slot& s, Told told, bool is_new) {
+    const std::size_t before = s.out.events.size();
+    if (!s.monitor.act(told.action, s.out)) return;
+    for (std::size_t i = before; i < s.out.events.size(); ++i)
+      s.by.emplace_back(i, std::pair(told.who, told.reason));
+    if (is_new) s.results.actions.push_back(std::move(told));
+  }
+
+  void watch_staleness(Slot& s, Clock::time_point now) {
+    const bool silent = duration<double>(now - s.progress).count() > options_.stale_s;
+    if (silent == s.stale || !s.replayed.empty() || s.monitor.phase() == Phase::learning) return;
+    s.stale = silent;
+    Told told;
+    told.action = {s.monitor.next_sample(), silent ? ActionKind::stop : ActionKind::resume, {}, 0, s.next_action++};
+    told.time_ns = now_ns();
+    told.who = "service";
+    take_action(s, std::move(told), true);
+  }
+
+  /// What the monitor gave out, with its times, for the store.
+  void collect(std::size_t index, Slot& s) {
+    if (s.out.rows.empty() && s.out.events.empty() && s.results.actions.empty()) return;
+    const double rate_hz = s.monitor.spec().sample_rate_hz;
+    const double every = std::max(1.0, std::round(s.monitor.spec().row_every_s * rate_hz));
+    for (const auto& row : s.out.rows) {
+      const auto sample = static_cast<double>(row.sample);
+      // The first of each second, whichever rows came before.
+      if (std::floor(sample / rate_hz) != std::floor((sample - every) / rate_hz))
+        s.results.rows.push_back({row, s.time_of(row.sample)});
+    }
+    if (!s.out.rows.empty()) s.row_ns = s.time_of(s.out.rows.back().sample);
+    for (std::size_t i = 0; i < s.out.events.size(); ++i) {
+      const auto& event = s.out.events[i];
+      Results::TimedEvent timed{event, s.time_of(event.sample), s.time_of(event.since_sample), {}, {}, {}};
+      monitoring::AlarmWords words;
+      words.time = [&](std::uint64_t sample) { return time_text(s.time_of(sample)); };
+      words.linear = s.monitor.spec().motion == data::Motion::linear;
+      timed.text = monitoring::alarm_text(event, words);
+      for (const auto& [at, by] : s.by)
+        if (at == i) std::tie(timed.who, timed.reason) = by;
+      s.results.events.push_back(std::move(timed));
+    }
+    s.by.clear();
+    if (!s.out.rows.empty() || !s.out.events.empty()) s.changed = true;
+    s.out = {};
+    s.results.axis = index;
+  }
+
+  void make_snapshot(Slot& s, Clock::time_point now) {
+    s.snapshot_due = now + seconds(options_.snapshot_every_s);
+    if (!s.snapshot_useful) return;
+    s.snapshot_useful = false;
+    auto bytes = s.monitor.snapshot();
+    // A stretch that is being learned from is needed again.
+    const auto restored = s.monitor.resume_sample();
+    s.results.snapshot = Results::Snapshot{restored, s.ring->position_of(restored), std::move(bytes)};
+  }
+
+  void publish(Slot& s, bool with_curve) {
+    const auto now = Clock::now();
+    s.publish_due = now + seconds(options_.publish_every_s);
+    auto live = std::make_shared<LiveAxis>();
+    const auto& m = s.monitor;
+    live->phase = m.phase();
+    live->reason = m.reason();
+    live->next_sample = m.next_sample();
+    live->newest_ns = s.newest_ns;
+    live->processed_ns = s.processed_ns;
+    live->row_ns = s.row_ns;
+    live->row = m.row();
+    live->changes = m.facts().changes;
+    live->stale = s.stale;
+    for (std::size_t i = 0; i < monitoring::kWatched; ++i)
+      live->watches[i] = m.watches(static_cast<monitoring::Watched>(i));
+    for (std::size_t i = 0; i < monitoring::kAlarms; ++i)
+      live->alarms[i] = m.alarms()[monitoring::AlarmId::of(i)];
+    if (const auto* follower = m.follower()) {
+      live->estimate = follower->axis().row();
+      live->method = name_of(follower->plan().method);
+      live->memory_s = follower->setup().memory_s;
+      live->learned_s =
+          static_cast<double>(follower->plan().learned_samples) / m.spec().sample_rate_hz;
+      if (follower->plan().start) live->start = follower->plan().start->source;
+      if (with_curve && s.changed) {
+        s.curve_due = now + seconds(options_.curve_every_s);
+        s.curve = std::make_shared<const monitoring::ResponseCurve>(monitoring::response_curve(*follower));
+        s.curve_ns = s.row_ns;
+        s.changed = false;
+      }
+    }
+    live->curve = s.curve;
+    live->curve_ns = s.curve_ns;
+    live->revision = revision_.fetch_add(1) + 1;
+    s.live.store(std::move(live), std::memory_order_release);
+  }
+
+  void hand_over(Worker& worker, Clock::time_point now, bool last) {
+    if (!last && now - worker.handed_over < kHandOver) return;
+    if (!last && worker.out.load(std::memory_order_acquire) != nullptr) return;  // not yet taken
+    auto all = std::make_unique<std::vector<Results>>();
+    if (last) {  // nobody waits for a thread that has ended
+      const std::unique_ptr<std::vector<Results>> before(worker.out.exchange(nullptr));
+      if (before) all->swap(*before);
+    }
+    for (const std::size_t i : worker.axes) {
+      Results& r = slots_[i]->results;
+      if (r.rows.empty() && r.events.empty() && r.actions.empty() && !r.snapshot) continue;
+      r.axis = i;
+      all->push_back(std::move(r));
+      r = {};
+    }
+    worker.handed_over = now;
+    if (!all->empty()) worker.out.store(all.release(), std::memory_order_release);
+  }
+
+  EngineOptions options_;
+  std::vector<std::unique_ptr<Slot>> slots_;
+  std::vector<std::unique_ptr<Worker>> workers_;
+  std::vector<std::thread> threads_;
+  std::atomic<bool> stopping_{false}, without_store_{false};
+  Clock::time_point drain_until_{}, started_{};
+  std::atomic<std::uint64_t> revision_{0};
+  std::atomic<std::int64_t> busy_ns_{0};
+  std::mutex learning_mutex_;
+  std::condition_variable learning_;
+  std::deque<Slot*> to_learn_;
+};
+
+Engine::Engine(std::vector<Axis> axes, EngineOptions options)
+    : impl_(std::make_unique<Impl>(std::move(axes), options)) {}
+Engine::~Engine() = default;
+void Engine::start() { impl_->start(); }
+void Engine::stop(double drain_s) { impl_->stop(drain_s); }
+std::vector<Results> Engine::take() { return impl_->take(); }
+void Engine::stored(std::size_t axis, std::uint64_t position) { impl_->stored(axis, position); }
+void Engine::keep_going(bool without_store) { impl_->keep_going(without_store); }
+expected<void, Error> Engine::act(std::size_t axis, ActionKind kind, monitoring::AlarmId alarm,
+                                  std::optional<double> seconds, std::string who, std::string reason) {
+  Told told;
+  told.action.kind = kind;
+  told.action.alarm = alarm;
+  told.time_ns = now_ns();
+  told.who = std::move(who);
+  told.reason = std::move(reason);
+  return impl_->act(axis, std::move(told), seconds);
+}
+std::shared_ptr<const LiveAxis> Engine::live(std::size_t axis) const { return impl_->live(axis); }
+std::size_t Engine::axes() const noexcept { return impl_->axes(); }
+std::uint64_t Engine::revision() const noexcept { return impl_->revision(); }
+double Engine::busy() const noexcept { return impl_->busy(); }
+
+}  // namespace resonid::monitor

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <resonid/base/expected.hpp>
+#include <string>
+#include <vector>
+
+#include "monitor/samples/ring.hpp"
+#include "monitoring/axis_monitor.hpp"
+#include "monitoring/response_curve.hpp"
+
+namespace resonid::monitor {
+
+/// The newest that is known of an axis.
+struct LiveAxis {
+  std::uint64_t revision = 0;  ///< Counts what was published of all axes.
+  monitoring::Phase phase = monitoring::Phase::gathering;
+  std::string reason;              ///< Why nothing is followed.
+  std::uint64_t next_sample = 0;   ///< All before it are in what stands here.
+  std::int64_t newest_ns = 0;      ///< UNIX, of the newest sample; 0: none yet.
+  std::int64_t processed_ns = 0;   ///< UNIX, when it was taken in.
+  std::int64_t row_ns = 0;         ///< UNIX, of the row's newest sample; 0: no row yet.
+  monitoring::Row row;
+  online::AxisRow estimate;        ///< The same with all that the engine says.
+  std::array<monitoring::FigureChange, monitoring::kWatched> changes{};
+  std::array<bool, monitoring::kWatched> watches{};  ///< Whether changes can be told yet.
+  std::array<monitoring::AlarmState, monitoring::kAlarms> alarms{};
+  bool stale = false;
+  std::string method, start;
+  double memory_s = 0.0, learned_s = 0.0;
+  std::shared_ptr<const monitoring::ResponseCurve> curve;
+  std::int64_t curve_ns = 0;
+};
+
+/// An action with who did it and why.
+struct Told {
+  monitoring::Action action;
+  std::int64_t time_ns = 0;
+  std::string who, reason;
+};
+
+/// What an axis came to since the last time, for the store.
+struct Results {
+  std::size_t axis = 0;
+  struct TimedRow {
+    monitoring::Row row;
+    std::int64_t time_ns = 0;
+  };
+  struct TimedEvent {
+    monitoring::AlarmEvent event;
+    std::int64_t time_ns = 0, since_ns = 0;
+    std::string text;
+    std::string who, reason;  ///< Where a person's action led to it.
+  };
+  struct Snapshot {
+    std::uint64_t sample = 0, position = 0;
+    std::vector<std::byte> bytes;
+  };
+  std::vector<TimedRow> rows;  ///< The first of each second.
+  std::vector<TimedEvent> events;
+  std::vector<Told> actions;
+  std::optional<Snapshot> snapshot;
+};
+
+struct EngineOptions {
+  std::size_t workers = 0;         ///< Threads that follow axes; 0: one per core.
+  std::size_t learners = 1;        ///< Threads that learn.
+  double snapshot_every_s = 10.0;  ///< Of each axis.
+  double stale_s = 3.0;            ///< Without samples for so long an axis is stale.
+  double publish_every_s = 0.05, curve_every_s = 0.5;
+};
+
+/// Follows all axes: takes their samples out of the rings, on worker threads to which axes are dealt out, and
+/// hands over rows, events and snapshots. Nothing on the way of the samples waits for a lock. What it comes to
+/// depends on the samples and the actions at their samples alone.
+class Engine {
+ public:
+  struct Axis {
+    monitoring::AxisMonitor monitor;  ///< As created or restored.
+    Ring* ring = nullptr;             ///< Outlives the engine.
+    std::vector<Told> actions;        ///< Taken before, from next_sample() on: they are taken again.
+  };
+  Engine(std::vector<Axis> axes, EngineOptions options);
+  Engine(const Engine&) = delete;
+  Engine& operator=(const Engine&) = delete;
+  ~Engine();  ///< Stops.
+
+  void start();
+  /// Takes in what the rings hold (for so long at most), makes a last snapshot of each axis, and ends the
+  /// threads. Results are to be taken afterwards.
+  void stop(double drain_s = 5.0);
+
+  /// What has come since the last call. By one thread at a time.
+  [[nodiscard]] std::vector<Results> take();
+  /// The samples before this snapshot's position are no longer needed.
+  void stored(std::size_t axis, std::uint64_t position);
+  /// While snapshots cannot be stored the rings go on without.
+  void keep_going(bool without_store);
+
+  /// An action of a person, from the next sample on. Refused where it cannot be now. For any thread.
+  [[nodiscard]] expected<void, Error> act(std::size_t axis, monitoring::ActionKind kind,
+                                          monitoring::AlarmId alarm, std::optional<double> seconds,
+                                          std::string who, std::string reason);
+  [[nodiscard]] std::shared_ptr<const LiveAxis> live(std::size_t axis) const;
+  [[nodiscard]] std::size_t axes() const noexcept;
+  [[nodiscard]] std::uint64_t revision() const noexcept;
+  /// Share of a core that following took, of all workers, since the start.
+  [[nodiscard]] double busy() const noexcept;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// UNIX time, ns.
+[[nodiscard]] std::int64_t now_ns();
+
+}  // namespace resonid::monitor
