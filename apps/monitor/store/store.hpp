@@ -27,7 +27,7 @@ struct StoreOptions {
   Retention retention;
   bool move_damaged_aside = false;  ///< A damaged file is renamed to FILE.damaged-N, and a new one begun.
   int busy_ms = 2000;               ///< So long another process may block.
-  double quick_check_s = 1.0;       ///< Longest check at the start.
+  double quick_check_s = 0.5;       ///< Longest check at the start.
   std::uint64_t wal_bytes = 64'000'000;  ///< Above this the log is emptied.
 };
 

@@ -122,10 +122,12 @@ TEST(History, RefusesWhatItCannotAnswer) {
   LoosenedMachine machine(10, 5);
   auto reader = machine.reader();
   constexpr auto kMost = std::numeric_limits<std::int64_t>::max();
-  for (const auto& query : {HistoryQuery{"x", {Watched::gap}, kStart, kStart + 1, 0, {}},
-                            HistoryQuery{"x", {}, kStart, kStart + 1, 1'000'000, {}},
-                            HistoryQuery{"x", {Watched::gap}, kStart, kStart, 10, {}},
-                            HistoryQuery{"x", {Watched::gap}, -kMost, kMost, 10, {}}}) {
+  for (const auto& query :
+       {HistoryQuery{"x", {Watched::gap}, kStart, kStart + 1, 0, {}},
+        HistoryQuery{"x", {}, kStart, kStart + 1, 1'000'000, {}},
+        HistoryQuery{"x", {Watched::gap}, kStart, kStart, 10, {}},
+        HistoryQuery{"x", {Watched::gap}, kStart, kStart + 32 * kDay, 10, Resolution::row},
+        HistoryQuery{"x", {Watched::gap}, -kMost, kMost, 10, {}}}) {
     const auto refused = reader.history(query);
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().fault, StoreFault::invalid);

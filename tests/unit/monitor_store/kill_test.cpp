@@ -54,14 +54,18 @@ TEST(StoreKill, WhatWasCommittedIsThereAndIsWrittenOnce) {
     int pipe[2];
     ASSERT_EQ(::pipe(pipe), 0);
     // The last batches once more: the child does not know which of them arrived.
-    const std::uint64_t first = committed > 5 ? committed - 5 : 1;
+    const std::uint64_t first = committed > 2 ? committed - 2 : 1;
     const ::pid_t child = ::fork();
     if (child == 0) commit_for_ever(folder.file(), first, pipe[1]);
     ::close(pipe[1]);
-    std::this_thread::sleep_for(std::chrono::microseconds(random() % 120'000));
-    ::kill(child, SIGKILL);
+    // Some are killed before they have begun, most some commits later, wherever they are then.
     std::uint64_t number = 0, newest = 0;
-    while (::read(pipe[0], &number, sizeof number) == sizeof number) newest = number;
+    const auto next = [&] { return ::read(pipe[0], &number, sizeof number) == sizeof number; };
+    const std::uint64_t commits = random() % 5 == 0 ? 0 : random() % 20;
+    for (std::uint64_t i = 0; i < commits && next(); ++i) newest = number;
+    std::this_thread::sleep_for(std::chrono::microseconds(random() % 20'000));
+    ::kill(child, SIGKILL);
+    while (next()) newest = number;
     ::close(pipe[0]);
     int status = 0;
     ::waitpid(child, &status, 0);
@@ -81,10 +85,10 @@ TEST(StoreKill, WhatWasCommittedIsThereAndIsWrittenOnce) {
     ASSERT_EQ(found->snapshot.sample, last);
     const auto position = value(reader.position("source"));  // that of a repeated batch, or the newest
     ASSERT_TRUE(position);
-    ASSERT_TRUE(position->word[0] + 6 >= first && position->word[0] <= last);
+    ASSERT_TRUE(position->word[0] + 3 >= first && position->word[0] <= last);
     ASSERT_EQ(position->word[1], ~position->word[0]);
   }
-  ASSERT_GT(committed, 100U);
+  ASSERT_GT(committed, static_cast<std::uint64_t>(kKills));
   Store store = opened(folder.file());
   auto reader = reader_of(folder.file());
   const std::uint64_t last = value(reader.axes())[0].newest_sample.value();
