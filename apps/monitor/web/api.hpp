@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "monitor/web/metrics.hpp"
+#include "monitor/web/sockets.hpp"
+
+namespace resonid::monitor {
+
+/// Who may ask for what.
+struct ApiRules {
+  bool loopback = true;  ///< Listens for this machine alone: writes need no token where none is configured.
+  bool tls = false;
+  std::vector<std::string> host_names;  ///< Of the Host header, besides localhost and plain addresses.
+  std::string write_token;              ///< For writes and reads; empty: none.
+  std::string read_token;               ///< For reads; empty: these need none.
+};
+
+/// What answers are made of.
+struct ApiParts {
+  Backend& backend;
+  ApiRules rules;
+  std::function<WebCounts()> counts;
+  std::function<double()> now_s;  ///< UNIX
+};
+
+/// Answers whole requests. Never throws, whatever comes in.
+[[nodiscard]] Answerer make_answerer(const ApiParts&);
+
+/// What is served besides the files of the page: names in braces stand for any one part.
+struct RouteName {
+  std::string_view method, path;
+};
+[[nodiscard]] std::span<const RouteName> routes() noexcept;
+
+}  // namespace resonid::monitor

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: MIT
+#include "monitor/web/metrics.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <numbers>
+#include <string_view>
+
+namespace resonid::monitor {
+namespace {
+
+using monitoring::Watched;
+
+/// A label's value with what the format asks for escaped, and bytes that are no UTF-8 as question marks.
+std::string label(std::string_view text) {
+  std::string escaped;
+  for (std::size_t i = 0; i < text.size();) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    const std::size_t length = byte < 0x80 ? 1 : byte >= 0xF0 ? 4 : byte >= 0xE0 ? 3 : 2;
+    bool whole = (byte < 0x80 || (byte >= 0xC2 && byte < 0xF5)) && i + length <= text.size();
+    for (std::size_t k = 1; whole && k < length; ++k)
+      whole = (static_cast<unsigned char>(text[i + k]) & 0xC0U) == 0x80U;
+    // Overlong forms, surrogates and what lies above U+10FFFF begin like well-formed text.
+    if (whole && length > 2) {
+      const auto next = static_cast<unsigned char>(text[i + 1]);
+      whole = !(byte == 0xE0 && next < 0xA0) && !(byte == 0xED && next > 0x9F) &&
+              !(byte == 0xF0 && next < 0x90) && !(byte == 0xF4 && next > 0x8F);
+    }
+    if (!whole) {
+      escaped += '?';
+      ++i;
+      continue;
+    }
+    if (byte == '\\' || byte == '"') escaped += '\\';
+    if (byte == '\n') {
+      escaped += "\\n";
+    } else {
+      escaped.append(text, i, length);
+    }
+    i += length;
+  }
+  return escaped;
+}
+
+/// Writes families one after the other; a family without any sample leaves no trace.
+class Exposition {
+ public:
+  void family(std::string_view name, std::string_view type, std::string_view help) {
+    name_ = name;
+    type_ = type;
+    help_ = help;
+    begun_ = false;
+  }
+  /// `labels` as axis="x",side="load", or empty. What is not a number is left out.
+  void sample(std::string_view labels, double value) {
+    if (!std::isfinite(value)) return;
+    begin();
+    write(labels);
+    fmt::format_to(std::back_inserter(text_), "{}\n", value);
+  }
+  void sample(std::string_view labels, std::uint64_t value) {
+    begin();
+    write(labels);
+    fmt::format_to(std::back_inserter(text_), "{}\n", value);
+  }
+  [[nodiscard]] std::string text() const { return fmt::to_string(text_); }
+
+ private:
+  void begin() {
+    if (!begun_)
+      fmt::format_to(std::back_inserter(text_), "# HELP {0} {1}\n# TYPE {0} {2}\n", name_, help_, type_);
+    begun_ = true;
+  }
+  void write(std::string_view labels) {
+    text_.append(name_);
+    if (!labels.empty()) fmt::format_to(std::back_inserter(text_), "{{{}}}", labels);
+    text_.push_back(' ');
+  }
+
+  fmt::memory_buffer text_;
+  std::string name_, type_, help_;  // copies: what is written comes later
+  bool begun_ = false;
+};
+
+/// A figure of drives that turn and of those that run straight, whose unit may differ.
+struct FigureFamily {
+  Watched figure;
+  std::string_view rotary, linear;  ///< Equal: one family for both.
+  std::string_view unit_rotary, unit_linear;
+  std::string_view side;  ///< A further label, or empty.
+  double factor = 1.0;
+  std::string_view help;
+};
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr FigureFamily kFigureFamilies[] = {
+    {Watched::resonance, "resonance", "resonance", "_hertz", "_hertz", "", 1.0, "Undamped resonance"},
+    {Watched::antiresonance, "antiresonance", "antiresonance", "_hertz", "_hertz", "", 1.0,
+     "Undamped anti-resonance"},
+    {Watched::stiffness, "stiffness", "stiffness", "_newton_meters_per_radian", "_newtons_per_meter", "", 1.0,
+     "Stiffness between motor and load"},
+    {Watched::driven_inertia, "inertia", "mass", "_kilogram_square_meters", "_kilograms", "motor", 1.0,
+     "Inertia or mass of either side"},
+    {Watched::load_inertia, "inertia", "mass", "_kilogram_square_meters", "_kilograms", "load", 1.0,
+     "Inertia or mass of either side"},
+    {Watched::damping, "damping", "damping", "_newton_meter_seconds_per_radian", "_newton_seconds_per_meter",
+     "", 1.0, "Damping between motor and load"},
+    {Watched::coulomb_friction, "coulomb_friction", "coulomb_friction", "_newton_meters", "_newtons", "", 1.0,
+     "Coulomb friction"},
+    {Watched::load_torque, "load_torque", "load_force", "_newton_meters", "_newtons", "", 1.0,
+     "Constant load that the input does not hold"},
+    {Watched::modulus_margin, "modulus_margin", "modulus_margin", "_ratio", "_ratio", "", 1.0,
+     "Least distance of the loop from the critical point"},
+    {Watched::phase_margin, "phase_margin", "phase_margin", "_radians", "_radians", "", kDegree,
+     "Phase margin of the running loop"},
+    {Watched::gap, "gap", "gap", "_ratio", "_ratio", "", 1.0, "Largest chordal distance to the baseline"},
+};
+static_assert(std::size(kFigureFamilies) == monitoring::kWatched);
+
+void figure_families(Exposition& to, const std::vector<AxisStatus>& axes,
+                     const std::vector<std::string>& labels) {
+  for (const bool linear : {false, true})
+    for (const bool deviation : {false, true})
+      for (const auto& f : kFigureFamilies) {
+        const auto stem = linear ? f.linear : f.rotary, unit = linear ? f.unit_linear : f.unit_rotary;
+        const bool both = f.rotary == f.linear && f.unit_rotary == f.unit_linear;
+        if (linear && both) continue;
+        const auto name = fmt::format("resonid_{}{}{}", stem, deviation ? "_std" : "", unit);
+        const auto help = fmt::format("{}{}.", f.help, deviation ? ", standard deviation" : "");
+        if (f.side != "load") to.family(name, "gauge", help);  // both sides are of one family
+        for (std::size_t i = 0; i < axes.size(); ++i) {
+          if (!both && (axes[i].motion == data::Motion::linear) != linear) continue;
+          const auto& now = axes[i].figures[static_cast<std::size_t>(f.figure)].now;
+          const double value = f.factor * (deviation ? now.std : now.value);
+          if (f.side.empty())
+            to.sample(labels[i], value);
+          else
+            to.sample(fmt::format("{},side=\"{}\"", labels[i], f.side), value);
+        }
+      }
+}
+
+}  // namespace
+
+std::string metrics_text(const std::vector<AxisStatus>& axes, const std::vector<Alarm>& active,
+                         const ServiceStatus& status, const WebCounts& web) {
+  std::vector<std::string> labels;
+  for (const auto& axis : axes) labels.push_back(fmt::format("axis=\"{}\"", label(axis.name)));
+  Exposition to;
+  to.family("resonid_build_info", "gauge", "Version of the program.");
+  to.sample(fmt::format("version=\"{}\"", label(status.version)), std::uint64_t{1});
+  to.family("resonid_start_time_seconds", "gauge", "When the service started, UNIX time.");
+  to.sample("", status.started_time_s);
+  to.family("resonid_axes", "gauge", "Axes that are configured.");
+  to.sample("", status.axes);
+
+  figure_families(to, axes, labels);
+
+  const auto per_axis = [&](std::string_view name, std::string_view type, std::string_view help, auto value) {
+    to.family(name, type, help);
+    for (std::size_t i = 0; i < axes.size(); ++i) to.sample(labels[i], value(axes[i]));
+  };
+  per_axis("resonid_trusted", "gauge", "Whether the newest estimate is trusted.",
+           [](const AxisStatus& a) { return std::uint64_t{a.trusted}; });
+  per_axis("resonid_estimate_timestamp_seconds", "gauge",
+           "When the machine was as the estimate says, UNIX time.",
+           [](const AxisStatus& a) { return a.time_s; });
+  per_axis("resonid_latency_seconds", "gauge", "From a sample's time to its estimate.",
+           [](const AxisStatus& a) { return a.latency_s; });
+  per_axis("resonid_samples_total", "counter", "Samples received.",
+           [](const AxisStatus& a) { return a.samples.received; });
+  per_axis("resonid_samples_missing_total", "counter", "Samples that never came.",
+           [](const AxisStatus& a) { return a.samples.missing; });
+  per_axis("resonid_samples_late_total", "counter", "Samples that came after their turn.",
+           [](const AxisStatus& a) { return a.samples.late; });
+  per_axis("resonid_samples_duplicate_total", "counter", "Samples that came again.",
+           [](const AxisStatus& a) { return a.samples.duplicate; });
+  per_axis("resonid_samples_lost_total", "counter", "Samples that came and could not be taken in.",
+           [](const AxisStatus& a) { return a.samples.lost; });
+  to.family("resonid_faults_total", "counter", "Faults of the data by kind.");
+  for (std::size_t i = 0; i < axes.size(); ++i)
+    for (const auto& fault : axes[i].faults)
+      to.sample(fmt::format("{},kind=\"{}\"", labels[i], label(fault.kind)), fault.count);
+
+  to.family("resonid_alarms_active", "gauge", "Active alarms by severity.");
+  for (const auto& [severity, name] : kSeverityNames) {
+    std::uint64_t count = 0;
+    for (const auto& alarm : active) count += alarm.active && alarm.severity == severity;
+    to.sample(fmt::format("severity=\"{}\"", name), count);
+  }
+
+  const auto per_source = [&](std::string_view name, std::string_view help, auto value) {
+    to.family(name, "counter", help);
+    for (const auto& s : status.sources)
+      to.sample(fmt::format("source=\"{}\",kind=\"{}\"", label(s.name), label(s.kind)), value(s));
+  };
+  per_source("resonid_source_messages_total", "Messages of a source.",
+             [](const SourceStatus& s) { return s.messages; });
+  per_source("resonid_source_bytes_total", "Bytes of a source.",
+             [](const SourceStatus& s) { return s.bytes; });
+  per_source("resonid_source_lost_total", "Messages that a source is known to have lost.",
+             [](const SourceStatus& s) { return s.lost; });
+
+  to.family("resonid_store_bytes", "gauge", "Size of the database on disk.");
+  to.sample("", status.store.bytes);
+  to.family("resonid_store_pending", "gauge", "Entries that wait to be written.");
+  to.sample("", status.store.pending);
+  to.family("resonid_store_disk_full", "gauge", "Whether the disk is full.");
+  to.sample("", std::uint64_t{status.store.disk_full});
+
+  to.family("resonid_http_connections", "gauge", "Open connections.");
+  to.sample("", web.connections);
+  to.family("resonid_http_streams", "gauge", "Open event streams.");
+  to.sample("", web.streams);
+  to.family("resonid_http_refused_total", "counter", "Connections and requests refused by a limit.");
+  to.sample("", web.refused_connections);
+  to.family("resonid_http_responses_total", "counter", "Answers by status.");
+  for (const auto& [code, count] : web.responses) to.sample(fmt::format("code=\"{}\"", code), count);
+  to.family("resonid_http_frames_total", "counter", "Frames made for event streams.");
+  to.sample("", web.frames);
+  to.family("resonid_http_frames_skipped_total", "counter", "Frames left out for slow clients.");
+  to.sample("", web.skipped_frames);
+  return to.text();
+}
+
+}  // namespace resonid::monitor
