@@ -430,6 +430,7 @@ class HttpAnswerer : private httplib::Server {
   Reply answer(const std::string& request, std::size_t head, const std::string& client) {
     body_ = std::string_view(request).substr(head);
     reply_ = {};
+    understood_ = false;
     MemoryStream stream(std::string_view(request).substr(0, head), client);
     bool closes = false;
     const bool written = process_request(stream, false, closes, [this](httplib::Request& asked) {
@@ -440,12 +441,13 @@ class HttpAnswerer : private httplib::Server {
     });
     reply_.text = std::move(stream.out);  // HTTP/1.1 200 OK
     std::from_chars(reply_.text.data() + 9, reply_.text.data() + reply_.text.size(), reply_.status);
-    reply_.close = closes || !written || reply_.status == 400;
+    reply_.close = closes || !written || !understood_;
     return std::move(reply_);
   }
 
  private:
   void handle(const httplib::Request& request, httplib::Response& response) {
+    understood_ = true;
     auto made = make(request);
     response.status = made.status;
     for (auto& [name, value] : made.headers) response.set_header(name, value);
@@ -473,6 +475,7 @@ class HttpAnswerer : private httplib::Server {
   ApiParts parts_;
   std::string_view body_;
   bool takes_gzip_ = false;
+  bool understood_ = false;  ///< It was not the library that refused.
   Reply reply_;
 };
 

@@ -44,9 +44,12 @@ std::uint64_t Feed::frames() const {
 Feed::Beginning Feed::begin(std::string_view last_event_id, double now_s) const {
   std::uint64_t boot = 0, after = 0;
   const auto* const end = last_event_id.data() + last_event_id.size();
-  const auto first = std::from_chars(last_event_id.data(), end, boot, 16);
-  const bool known = first.ec == std::errc{} && first.ptr != end && *first.ptr == '-' && boot == boot_ &&
-                     std::from_chars(first.ptr + 1, end, after).ptr == end;
+  bool known = false;
+  if (const auto first = std::from_chars(last_event_id.data(), end, boot, 16);
+      first.ec == std::errc{} && first.ptr != end && *first.ptr == '-' && boot == boot_) {
+    const auto second = std::from_chars(first.ptr + 1, end, after);
+    known = second.ec == std::errc{} && second.ptr == end;
+  }
 
   const std::lock_guard lock(mutex_);
   const bool resumed = known && after >= forgotten_ && after <= last_id_;

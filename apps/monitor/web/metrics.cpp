@@ -102,9 +102,9 @@ constexpr FigureFamily kFigureFamilies[] = {
      "Undamped anti-resonance"},
     {Watched::stiffness, "stiffness", "stiffness", "_newton_meters_per_radian", "_newtons_per_meter", "", 1.0,
      "Stiffness between motor and load"},
-    {Watched::driven_inertia, "inertia", "mass", "_kilogram_square_meters", "_kilograms", "motor", 1.0,
+    {Watched::driven_inertia, "inertia", "mass", "_kilogram_square_meters", "_grams", "motor", 1.0,
      "Inertia or mass of either side"},
-    {Watched::load_inertia, "inertia", "mass", "_kilogram_square_meters", "_kilograms", "load", 1.0,
+    {Watched::load_inertia, "inertia", "mass", "_kilogram_square_meters", "_grams", "load", 1.0,
      "Inertia or mass of either side"},
     {Watched::damping, "damping", "damping", "_newton_meter_seconds_per_radian", "_newton_seconds_per_meter",
      "", 1.0, "Damping between motor and load"},
@@ -134,7 +134,8 @@ void figure_families(Exposition& to, const std::vector<AxisStatus>& axes,
         for (std::size_t i = 0; i < axes.size(); ++i) {
           if (!both && (axes[i].motion == data::Motion::linear) != linear) continue;
           const auto& now = axes[i].figures[static_cast<std::size_t>(f.figure)].now;
-          const double value = f.factor * (deviation ? now.std : now.value);
+          const double factor = linear && unit == "_grams" ? 1000.0 : f.factor;
+          const double value = factor * (deviation ? now.std : now.value);
           if (f.side.empty())
             to.sample(labels[i], value);
           else

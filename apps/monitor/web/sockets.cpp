@@ -88,7 +88,8 @@ class Channel {
     if (tls_) {
       std::size_t bytes = 0;
       ERR_clear_error();
-      return tls_result(SSL_read_ex(tls_.get(), to, size, &bytes), bytes);
+      const int result = SSL_read_ex(tls_.get(), to, size, &bytes);
+      return tls_result(result, bytes);
     }
     const auto bytes = ::recv(fd(), to, size, 0);
     return plain_result(bytes, Moved::End::wants_read);
@@ -97,7 +98,8 @@ class Channel {
     if (tls_) {
       std::size_t bytes = 0;
       ERR_clear_error();
-      return tls_result(SSL_write_ex(tls_.get(), from, size, &bytes), bytes);
+      const int result = SSL_write_ex(tls_.get(), from, size, &bytes);
+      return tls_result(result, bytes);
     }
     const auto bytes = ::send(fd(), from, size, MSG_NOSIGNAL);
     return plain_result(bytes, Moved::End::wants_write);
