@@ -6,6 +6,7 @@
 #include "../tests/unit/monitor_web/fake_backend.hpp"
 #include "input_file.hpp"
 #include "monitor/web/api.hpp"
+#include "monitor/web/framing.hpp"
 #include "monitor/web/questions.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

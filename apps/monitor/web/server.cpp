@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
+#include <exception>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -77,7 +78,10 @@ struct WebServer::Parts {
     std::unique_lock lock(mutex);
     while (!ends) {
       lock.unlock();
-      if (sockets->counts().streams > 0) feed.round(unix_time_s(), sockets->watched());
+      try {
+        if (sockets->counts().streams > 0) feed.round(unix_time_s(), sockets->watched());
+      } catch (const std::exception&) {  // of memory, or of the rest of the service: the next round may do
+      }
       lock.lock();
       next = std::max(next + interval, Clock::now());  // rounds that were missed are not caught up
       ended.wait_until(lock, next, [this] { return ends; });

@@ -1,14 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "monitor/web/sockets.hpp"
 
-#include <arpa/inet.h>
 #include <fcntl.h>
-#include <fmt/core.h>
-#include <netdb.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
-#include <openssl/err.h>
-#include <openssl/ssl.h>
 #include <sys/epoll.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
@@ -18,9 +13,7 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
-#include <charconv>
 #include <chrono>
-#include <cmath>
 #include <condition_variable>
 #include <csignal>
 #include <deque>
@@ -32,7 +25,8 @@
 #include <utility>
 #include <variant>
 
-#include "monitor/web/api_json.hpp"
+#include "monitor/web/channel.hpp"
+#include "monitor/web/framing.hpp"
 
 namespace resonid::monitor {
 namespace {
@@ -44,97 +38,6 @@ Clock::duration seconds(double s) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(s));
 }
 
-/// An open descriptor.
-class Descriptor {
- public:
-  explicit Descriptor(int fd = -1) noexcept : fd_(fd) {}
-  Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  Descriptor& operator=(Descriptor&& other) noexcept {
-    std::swap(fd_, other.fd_);
-    return *this;
-  }
-  ~Descriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  [[nodiscard]] int get() const noexcept { return fd_; }
-  void close() noexcept { *this = Descriptor(); }
-
- private:
-  int fd_;
-};
-
-template <auto Free>
-struct FreeWith {
-  template <class T>
-  void operator()(T* pointer) const noexcept {
-    Free(pointer);
-  }
-};
-using TlsContext = std::unique_ptr<SSL_CTX, FreeWith<SSL_CTX_free>>;
-using Tls = std::unique_ptr<SSL, FreeWith<SSL_free>>;
-
-/// What came of reading or writing without waiting.
-struct Moved {
-  enum class End : std::uint8_t { some, wants_read, wants_write, closed } end = End::closed;
-  std::size_t bytes = 0;
-};
-
-/// A client's connection, plain or TLS.
-class Channel {
- public:
-  Channel(Descriptor socket, Tls tls) : socket_(std::move(socket)), tls_(std::move(tls)) {}
-
-  [[nodiscard]] Moved read(char* to, std::size_t size) {
-    if (tls_) {
-      std::size_t bytes = 0;
-      ERR_clear_error();
-      const int result = SSL_read_ex(tls_.get(), to, size, &bytes);
-      return tls_result(result, bytes);
-    }
-    const auto bytes = ::recv(fd(), to, size, 0);
-    return plain_result(bytes, Moved::End::wants_read);
-  }
-  [[nodiscard]] Moved write(const char* from, std::size_t size) {
-    if (tls_) {
-      std::size_t bytes = 0;
-      ERR_clear_error();
-      const int result = SSL_write_ex(tls_.get(), from, size, &bytes);
-      return tls_result(result, bytes);
-    }
-    const auto bytes = ::send(fd(), from, size, MSG_NOSIGNAL);
-    return plain_result(bytes, Moved::End::wants_write);
-  }
-  /// Nothing more is sent.
-  void finish() {
-    ERR_clear_error();
-    if (tls_ && SSL_is_init_finished(tls_.get())) static_cast<void>(SSL_shutdown(tls_.get()));
-    ::shutdown(fd(), SHUT_WR);
-    tls_.reset();  // what still comes is not looked at
-  }
-  [[nodiscard]] int fd() const noexcept { return socket_.get(); }
-
- private:
-  static Moved plain_result(::ssize_t bytes, Moved::End wants) {
-    if (bytes > 0) return {Moved::End::some, static_cast<std::size_t>(bytes)};
-    if (bytes < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)) return {wants, 0};
-    return {Moved::End::closed, 0};
-  }
-  [[nodiscard]] Moved tls_result(int result, std::size_t bytes) const {
-    if (result == 1) return {Moved::End::some, bytes};
-    switch (SSL_get_error(tls_.get(), result)) {
-      case SSL_ERROR_WANT_READ:
-        return {Moved::End::wants_read, 0};
-      case SSL_ERROR_WANT_WRITE:
-        return {Moved::End::wants_write, 0};
-      default:
-        return {Moved::End::closed, 0};
-    }
-  }
-
-  Descriptor socket_;
-  Tls tls_;
-};
-
 /// What a stream has yet to send. Frames replace one another, alarms queue.
 struct StreamQueue {
   static constexpr std::size_t kMostAlarms = Feed::kRemembered + 1;
@@ -142,6 +45,7 @@ struct StreamQueue {
   std::uint64_t last_id = 0;  ///< Alarms up to this one have been queued.
   std::deque<Text> alarms;
   Text frame, status, response;
+  std::size_t turn = 0;  ///< Which of the three comes next.
 
   [[nodiscard]] Text next() {
     if (!alarms.empty()) {
@@ -149,8 +53,13 @@ struct StreamQueue {
       alarms.pop_front();
       return text;
     }
-    for (auto* waiting : {&frame, &status, &response})
-      if (*waiting) return std::exchange(*waiting, nullptr);
+    const std::array<Text*, 3> waiting{&frame, &status, &response};
+    for (std::size_t i = 0; i < waiting.size();
+         ++i)  // in turn, or frames would keep the others from a slow client
+      if (auto& text = *waiting[(turn + i) % waiting.size()]) {
+        turn = (turn + i + 1) % waiting.size();
+        return std::exchange(text, nullptr);
+      }
     return nullptr;
   }
 };
@@ -196,100 +105,6 @@ struct Job {
   std::size_t head = 0;
   std::string client;
 };
-
-unexpected<Error> cannot_listen(const Listening& where, std::string_view why) {
-  return unexpected<Error>(
-      Error{"listen", fmt::format("cannot listen on {} port {}: {}", where.address, where.port, why)});
-}
-
-std::string last_error() { return std::generic_category().message(errno); }
-
-expected<TlsContext, Error> tls_context(const Listening& listening) {
-  if (listening.certificate_file.empty() != listening.key_file.empty())
-    return refuse(listening.key_file.empty() ? "key_file" : "certificate_file",
-                  "is required too: TLS needs a certificate and its key");
-  if (listening.key_file.empty()) return TlsContext();
-  TlsContext context(SSL_CTX_new(TLS_server_method()));
-  if (!context) return refuse("certificate_file", "TLS cannot be set up");
-  SSL_CTX_set_min_proto_version(context.get(), TLS1_2_VERSION);
-  SSL_CTX_set_mode(context.get(), SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER |
-                                      SSL_MODE_RELEASE_BUFFERS);
-  SSL_CTX_set_options(context.get(), SSL_OP_NO_RENEGOTIATION);
-  ERR_clear_error();
-  const auto refused = [](const char* field, const std::string& file) {
-    std::array<char, 256> why{};
-    ERR_error_string_n(ERR_get_error(), why.data(), why.size());
-    return unexpected<Error>(Error{field, fmt::format("cannot be used: {}", why.data()), std::nan(""), file});
-  };
-  if (SSL_CTX_use_certificate_chain_file(context.get(), listening.certificate_file.c_str()) != 1)
-    return refused("certificate_file", listening.certificate_file);
-  if (SSL_CTX_use_PrivateKey_file(context.get(), listening.key_file.c_str(), SSL_FILETYPE_PEM) != 1 ||
-      SSL_CTX_check_private_key(context.get()) != 1)
-    return refused("key_file", listening.key_file);
-  return context;
-}
-
-expected<Descriptor, Error> listening_socket(const Listening& where) {
-  ::addrinfo hints{};
-  hints.ai_socktype = SOCK_STREAM;
-  hints.ai_flags = AI_PASSIVE | AI_NUMERICSERV;
-  ::addrinfo* found = nullptr;
-  const auto port = std::to_string(where.port);
-  if (const int code = ::getaddrinfo(where.address.c_str(), port.c_str(), &hints, &found); code != 0)
-    return cannot_listen(where, ::gai_strerror(code));
-  const std::unique_ptr<::addrinfo, FreeWith<::freeaddrinfo>> all(found);
-  Descriptor socket(::socket(all->ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-  const int on = 1;
-  if (socket.get() < 0 || ::setsockopt(socket.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) != 0 ||
-      ::bind(socket.get(), all->ai_addr, all->ai_addrlen) != 0 || ::listen(socket.get(), 512) != 0)
-    return cannot_listen(where, last_error());
-  return socket;
-}
-
-/// A client's address as text; of IPv6 the network, since one host has as many addresses as it likes.
-std::string address_text(const ::sockaddr_storage& address) {
-  std::array<char, INET6_ADDRSTRLEN> text{};
-  if (address.ss_family == AF_INET) {
-    ::inet_ntop(AF_INET, &reinterpret_cast<const ::sockaddr_in&>(address).sin_addr, text.data(), text.size());
-  } else {
-    auto bytes = reinterpret_cast<const ::sockaddr_in6&>(address).sin6_addr;
-    if (!IN6_IS_ADDR_V4MAPPED(&bytes)) std::fill(bytes.s6_addr + 8, bytes.s6_addr + 16, std::uint8_t{0});
-    ::inet_ntop(AF_INET6, &bytes, text.data(), text.size());
-  }
-  return text.data();
-}
-
-std::string_view reason_of(int status) {
-  switch (status) {
-    case 400:
-      return "Bad Request";
-    case 408:
-      return "Request Timeout";
-    case 411:
-      return "Length Required";
-    case 413:
-      return "Payload Too Large";
-    case 429:
-      return "Too Many Requests";
-    case 431:
-      return "Request Header Fields Too Large";
-    default:
-      return "Service Unavailable";
-  }
-}
-
-Reply refusal(int status, std::string_view field, std::string_view message) {
-  const auto body = error_json(field, message);
-  const std::string_view later = status == 429 || status == 503 ? "Retry-After: 2\r\n" : "";
-  Reply reply;
-  reply.status = status;
-  reply.close = true;
-  reply.text = fmt::format(
-      "HTTP/1.1 {} {}\r\nContent-Type: application/json\r\nContent-Length: {}\r\n"
-      "Connection: close\r\nX-Content-Type-Options: nosniff\r\n{}\r\n{}",
-      status, reason_of(status), body.size(), later, body);
-  return reply;
-}
 
 class EpollSockets final : public Sockets {
  public:
@@ -780,49 +595,7 @@ class EpollSockets final : public Sockets {
   SocketCounts counts_;
 };
 
-bool same_word(std::string_view a, std::string_view lower) {
-  return std::equal(a.begin(), a.end(), lower.begin(), lower.end(), [](char x, char y) {
-    return (x >= 'A' && x <= 'Z' ? static_cast<char>(x - 'A' + 'a') : x) == y;
-  });
-}
-
 }  // namespace
-
-RequestSize request_size(std::string_view received, const WebLimits& limits) {
-  const auto refused = [](int status, std::string message) {
-    return RequestSize{0, 0, status, std::move(message)};
-  };
-  const auto end = received.find("\r\n\r\n");
-  if (std::min(end, received.size()) > limits.head_bytes)
-    return refused(431, fmt::format("request line and headers exceed {} bytes", limits.head_bytes));
-  if (end == std::string_view::npos) return {};
-  const auto head = received.substr(0, end + 2);
-  if (head.find('\0') != std::string_view::npos) return refused(400, "a header has a zero byte");
-  RequestSize size{end + 4, 0, 0, {}};
-  bool has_length = false;
-  auto rest = head.substr(head.find("\r\n") + 2);
-  while (!rest.empty()) {
-    const auto line = rest.substr(0, rest.find("\r\n"));
-    rest.remove_prefix(line.size() + 2);
-    const auto colon = line.find(':');
-    const auto name = line.substr(0, colon);
-    if (colon == std::string_view::npos || name.empty() ||
-        name.find_first_of(" \t\r\n") != std::string_view::npos)
-      return refused(400, "a header is not of the form name: value");
-    if (same_word(name, "transfer-encoding")) return refused(411, "a body needs a Content-Length");
-    if (!same_word(name, "content-length")) continue;
-    auto value = line.substr(colon + 1);
-    while (!value.empty() && (value.front() == ' ' || value.front() == '\t')) value.remove_prefix(1);
-    while (!value.empty() && (value.back() == ' ' || value.back() == '\t')) value.remove_suffix(1);
-    const auto [stop, code] = std::from_chars(value.data(), value.data() + value.size(), size.body);
-    if (code == std::errc::result_out_of_range || (code == std::errc{} && size.body > limits.body_bytes))
-      return refused(413, fmt::format("the body exceeds {} bytes", limits.body_bytes));
-    if (code != std::errc{} || stop != value.data() + value.size() || has_length)
-      return refused(400, "one Content-Length in digits is required");
-    has_length = true;
-  }
-  return size;
-}
 
 expected<std::unique_ptr<Sockets>, Error> Sockets::listen(const Listening& listening,
                                                           const WebLimits& limits) {
@@ -841,7 +614,7 @@ expected<std::unique_ptr<Sockets>, Error> Sockets::listen(const Listening& liste
   };
   if (::getsockname(listener->get(), reinterpret_cast<::sockaddr*>(&address), &size) != 0 ||
       !watch(listener->get(), 0) || !watch(wake.get(), 1))
-    return cannot_listen(listening, last_error());
+    return cannot_listen(listening, std::generic_category().message(errno));
   const auto port =
       ntohs(address.ss_family == AF_INET ? reinterpret_cast<::sockaddr_in&>(address).sin_port
                                          : reinterpret_cast<::sockaddr_in6&>(address).sin6_port);

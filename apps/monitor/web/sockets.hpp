@@ -39,14 +39,6 @@ struct Listening {
   std::string key_file;
 };
 
-/// How long a request is, by its head.
-struct RequestSize {
-  std::size_t head = 0, body = 0;  ///< bytes; head 0: not all of it is there yet
-  int refusal = 0;                 ///< Status to refuse it with, or 0.
-  std::string message;
-};
-[[nodiscard]] RequestSize request_size(std::string_view received, const WebLimits&);
-
 /// An answer, as bytes to send.
 struct Reply {
   std::string text;

@@ -3,9 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <regex>
 #include <string>
 
 namespace resonid::monitor::test {
@@ -84,16 +84,23 @@ class OpenApi {
   nlohmann::json document;
 
  private:
+  /// {name} stands for one part of a path.
+  static bool is_of(std::string path, std::string pattern) {
+    for (auto open = pattern.find('{'); open != std::string::npos; open = pattern.find('{', open + 1)) {
+      const auto end = path.find('/', open);
+      if (path.size() <= open || end == open) return false;
+      path.replace(open, std::min(end, path.size()) - open, "{}");
+      pattern.replace(open, pattern.find('}', open) + 1 - open, "{}");
+    }
+    return path == pattern;
+  }
   [[nodiscard]] const nlohmann::json& resolved(const nlohmann::json& part) const {
     if (!part.contains("$ref")) return part;
     return document.at(nlohmann::json::json_pointer(part.at("$ref").get<std::string>().substr(1)));
   }
   [[nodiscard]] const nlohmann::json* find(const std::string& method, const std::string& path) const {
-    for (const auto& [pattern, operations] : document.at("paths").items()) {
-      const auto expression = std::regex_replace(pattern, std::regex(R"(\{[a-z]+\})"), "[^/]+");
-      if (std::regex_match(path, std::regex(expression)) && operations.contains(method))
-        return &operations.at(method);
-    }
+    for (const auto& [pattern, operations] : document.at("paths").items())
+      if (is_of(path, pattern) && operations.contains(method)) return &operations.at(method);
     return nullptr;
   }
 };

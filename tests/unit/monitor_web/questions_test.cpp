@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "monitor/web/api_json.hpp"
-#include "monitor/web/sockets.hpp"
+#include "monitor/web/framing.hpp"
 
 namespace resonid::monitor {
 namespace {
