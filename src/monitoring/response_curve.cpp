@@ -11,7 +11,8 @@ namespace {
 
 using identification::detail::Follower;
 using P = online::PhysicalParameter;
-constexpr std::array kPlant = {P::driven_inertia, P::load_inertia, P::stiffness, P::damping, P::viscous_friction};
+constexpr std::array kPlant = {P::driven_inertia, P::load_inertia, P::stiffness, P::damping,
+                               P::viscous_friction};
 
 /// Models of the physical tracker's estimate and of its neighbours, one standard deviation's part up and down
 /// in each parameter, from which the response's error follows to first order.
@@ -46,8 +47,7 @@ class PhysicalErrors {
       g(static_cast<int>(i)) =
           (online::response(up_[i], hz, rate_hz_) - online::response(down_[i], hz, rate_hz_)) /
           (2.0 * step_[i]);
-    const double variance =
-        g.real().dot(covariance_ * g.real()) + g.imag().dot(covariance_ * g.imag());
+    const double variance = g.real().dot(covariance_ * g.real()) + g.imag().dot(covariance_ * g.imag());
     return std::sqrt(std::max(0.0, variance));
   }
 
@@ -91,8 +91,7 @@ ResponseCurve response_curve(const Follower& follower, std::size_t points) {
   const data::TransferFunction controller{setup.numerator, setup.denominator, 1.0 / rate_hz};
   for (std::size_t i = 0; i < curve.frequency_hz.size(); ++i) {
     const double hz = curve.frequency_hz[i];
-    const auto factor =
-        controller.response(hz) * std::polar(1.0, -kTwoPi * hz * setup.config.known_delay_s);
+    const auto factor = controller.response(hz) * std::polar(1.0, -kTwoPi * hz * setup.config.known_delay_s);
     curve.loop.push_back(factor * curve.plant[i]);
     if (!curve.std.empty()) curve.loop_std.push_back(std::abs(factor) * curve.std[i]);
   }

@@ -248,7 +248,7 @@ export class Simulation {
     if (this.names.includes("belt-1")) {
       const k = this.commissioned.get("belt-1").k;
       this.raise({
-        id: 1, axis: "belt-1", alarm: "stiffness", severity: "warning", since_time_s: s - 1100, raised_time_s: s - 900,
+        id: 1, axis: "belt-1", alarm: "stiffness", severity: "medium", since_time_s: s - 1100, raised_time_s: s - 900,
         text: `Stiffness fell by 3.00 +- 0.60 % (${k.toFixed(1)} -> ${(0.97 * k).toFixed(1)} Nm/rad)`, cause: "likely cause: belt or coupling looser (inertias unchanged)",
         change: { before: k, after: 0.97 * k, size: -0.03 * k, std: 0.006 * k, relative: -0.03, sigma: 5 }, evidence: true,
       }, s - 900);
@@ -256,14 +256,14 @@ export class Simulation {
     if (this.names.includes("winder-5")) {
       const j = this.commissioned.get("winder-5").j2;
       this.raise({
-        id: 2, axis: "winder-5", alarm: "load-inertia", severity: "warning", since_time_s: s - 86400, raised_time_s: s - 86390,
+        id: 2, axis: "winder-5", alarm: "load-inertia", severity: "medium", since_time_s: s - 86400, raised_time_s: s - 86390,
         text: "Load inertia rose by 30.0 +- 1.4 %", cause: "likely cause: heavier load (motor inertia unchanged)",
         change: { before: j, after: 1.3 * j, size: 0.3 * j, std: 0.014 * j, relative: 0.3, sigma: 21 }, evidence: true,
       }, s - 86390);
       this.act(2, "acknowledge", { who: "Lee", reason: "full reel" }, s - 86000);
     }
     if (this.names.includes("press-2")) {
-      this.raise({ id: 3, axis: "press-2", alarm: "stale", severity: "warning", since_time_s: s - 412, raised_time_s: s - 407, text: "No samples since 5 s", cause: "source plc: connection refused", evidence: false }, s - 407);
+      this.raise({ id: 3, axis: "press-2", alarm: "stale", severity: "medium", since_time_s: s - 412, raised_time_s: s - 407, text: "No samples since 5 s", cause: "source plc: connection refused", evidence: false }, s - 407);
       this.alarms.get(3).shelved = { until_time_s: s + 3 * 3600, reason: "PLC is being replaced", who: "Lee" };
     }
   }

@@ -189,7 +189,7 @@ describe("page of resonid monitor", { skip: CHROMIUM ? false : "SKIPPED: no chro
 
   test("a latched alarm that cleared is reset", async () => {
     await visit("#/alarms?state=all");
-    server.raise({ id: 11, axis: "lift-3", alarm: "resonance", severity: "info", active: false, acknowledged: true, latched: true, text: "Resonance fell", since_time_s: 1.79e9, raised_time_s: 1.79e9, cleared_time_s: 1.791e9 });
+    server.raise({ id: 11, axis: "lift-3", alarm: "resonance", severity: "low", active: false, acknowledged: true, latched: true, text: "Resonance fell", since_time_s: 1.79e9, raised_time_s: 1.79e9, cleared_time_s: 1.791e9 });
     await says('[data-alarm="11"]', /cleared, acknowledged, latched until reset/);
     await press("Reset");
     await answer({ who: "Kim", reason: "checked" });
@@ -324,7 +324,7 @@ describe("page of resonid monitor", { skip: CHROMIUM ? false : "SKIPPED: no chro
     await visit();
     await page.waitForSelector(row("spindle-1"));
     await page.focus(`${row("spindle-1")} a`);
-    server.raise({ id: 12, axis: "spindle-1", alarm: "resonance", severity: "critical", text: "Resonance fell by 2.0 +- 0.2 %", since_time_s: Date.now() / 1000, raised_time_s: Date.now() / 1000 });
+    server.raise({ id: 12, axis: "spindle-1", alarm: "resonance", severity: "high", text: "Resonance fell by 2.0 +- 0.2 %", since_time_s: Date.now() / 1000, raised_time_s: Date.now() / 1000 });
     await says("#announce", /^New alarm on spindle-1: Resonance fell by 2\.0 ± 0\.2 %$/);
     await says("#strip .alarms", /^3 alarms active, 2 not acknowledged$/);
     await page.waitForFunction(() => document.querySelector(".row").dataset.axis === "spindle-1");
@@ -472,7 +472,7 @@ describe("page of resonid monitor", { skip: CHROMIUM ? false : "SKIPPED: no chro
       const m = await import("./model.js");
       const fleet = new m.Fleet();
       fleet.calibrate(1000, 2000, 2000.2); // the server's clock is 1000.1 s behind
-      fleet.replace([{ name: "a", state: "following", trusted: true, sample: 1, age_s: 0.05, alarms: 0, unacknowledged: 0, figures: { stiffness: { value: 5, std: 1, baseline: 6, limit: 2 } }, worst_alarm: { severity: "warning", text: "x" } }], 0);
+      fleet.replace([{ name: "a", state: "following", trusted: true, sample: 1, age_s: 0.05, alarms: 0, unacknowledged: 0, figures: { stiffness: { value: 5, std: 1, baseline: 6, limit: 2 } }, worst_alarm: { severity: "medium", text: "x" } }], 0);
       fleet.frame({ time_s: 1001, axes: { a: { state: "following", trusted: true, sample: 2, age_s: 0.06, latency_s: 0.02, alarms: 0, unacknowledged: 0, figures: { stiffness: { change: 1 } } } } }, 500, 2001.15);
       const a = fleet.axes.get("a");
       return { latency: a.seen_latency_s, figure: a.figures.stiffness, worst: a.worst_alarm, age: m.ageOf(a, 2500), fresh: m.isStale(a, 5000), stale: m.isStale(a, 5500) };

@@ -60,13 +60,13 @@ class Engine::Impl {
   void start() {
     const std::size_t workers = std::max<std::size_t>(1, std::min(options_.workers, slots_.size()));
     started_ = Clock::now();
-    for (std::size_t w = 0; w < workers; ++w)
-      workers_.push_back(std::make_unique<Worker>());
+    for (std::size_t w = 0; w < workers; ++w) workers_.push_back(std::make_unique<Worker>());
     for (std::size_t i = 0; i < slots_.size(); ++i) {
       workers_[i % workers]->axes.push_back(i);
       // Snapshots of the axes are spread over the time between two of one.
-      slots_[i]->snapshot_due = started_ + seconds(options_.snapshot_every_s * (1.0 + static_cast<double>(i)) /
-                                                   static_cast<double>(slots_.size()));
+      slots_[i]->snapshot_due =
+          started_ + seconds(options_.snapshot_every_s * (1.0 + static_cast<double>(i)) /
+                             static_cast<double>(slots_.size()));
     }
     for (std::size_t i = 0; i < std::max<std::size_t>(1, options_.learners); ++i)
       threads_.emplace_back([this] { learn(); });
@@ -77,9 +77,7 @@ class Engine::Impl {
     if (threads_.empty()) return;
     drain_until_ = Clock::now() + seconds(drain_s);
     stopping_.store(true);
-    {
-      const std::scoped_lock lock(learning_mutex_);
-    }
+    { const std::scoped_lock lock(learning_mutex_); }
     learning_.notify_all();
     for (auto& thread : threads_) thread.join();
     threads_.clear();
@@ -88,7 +86,8 @@ class Engine::Impl {
   std::vector<Results> take() {
     std::vector<Results> all;
     for (auto& worker : workers_) {
-      const std::unique_ptr<std::vector<Results>> some(worker->out.exchange(nullptr, std::memory_order_acq_rel));
+      const std::unique_ptr<std::vector<Results>> some(
+          worker->out.exchange(nullptr, std::memory_order_acq_rel));
       if (some) std::move(some->begin(), some->end(), std::back_inserter(all));
     }
     return all;
@@ -214,8 +213,9 @@ class Engine::Impl {
   }
 
   void release(Slot& s) {
-    const std::uint64_t to =
-        without_store_.load(std::memory_order_relaxed) ? s.position : s.stored.load(std::memory_order_acquire);
+    const std::uint64_t to = without_store_.load(std::memory_order_relaxed)
+                                 ? s.position
+                                 : s.stored.load(std::memory_order_acquire);
     if (to > s.ring->read()) s.ring->set_read(to);
   }
 
@@ -230,9 +230,10 @@ class Engine::Impl {
         piece.interval_ns > 0.0 ? piece.interval_ns : kNs / s.monitor.spec().sample_rate_hz;
     // Without a sender's clock the newest sample in the ring is as old as now.
     const std::int64_t first_ns =
-        piece.time_ns ? *piece.time_ns
-                      : now_ns() - std::llround(static_cast<double>(s.ring->next_sample() - piece.first_sample) *
-                                                interval_ns);
+        piece.time_ns
+            ? *piece.time_ns
+            : now_ns() -
+                  std::llround(static_cast<double>(s.ring->next_sample() - piece.first_sample) * interval_ns);
     s.timing = {piece.first_sample, first_ns, interval_ns};
     s.processed_ns = now_ns();
     s.newest_ns = s.time_of(s.monitor.next_sample() - 1);
@@ -242,7 +243,8 @@ class Engine::Impl {
   static std::size_t most_samples(const Slot& s) {
     if (s.replayed.empty()) return kMostSamples;
     const std::uint64_t next = s.monitor.next_sample(), at = s.replayed.front().action.sample;
-    return at > next ? static_cast<std::size_t>(std::min<std::uint64_t>(kMostSamples, at - next)) : kMostSamples;
+    return at > next ? static_cast<std::size_t>(std::min<std::uint64_t>(kMostSamples, at - next))
+                     : kMostSamples;
   }
 
   void begin_learning(Slot& s) {
@@ -308,7 +310,8 @@ class Engine::Impl {
     if (silent == s.stale || !s.replayed.empty() || s.monitor.phase() == Phase::learning) return;
     s.stale = silent;
     Told told;
-    told.action = {s.monitor.next_sample(), silent ? ActionKind::stop : ActionKind::resume, {}, 0, s.next_action++};
+    told.action = {
+        s.monitor.next_sample(), silent ? ActionKind::stop : ActionKind::resume, {}, 0, s.next_action++};
     told.time_ns = now_ns();
     told.who = "service";
     take_action(s, std::move(told), true);
@@ -375,8 +378,7 @@ class Engine::Impl {
       live->estimate = follower->axis().row();
       live->method = name_of(follower->plan().method);
       live->memory_s = follower->setup().memory_s;
-      live->learned_s =
-          static_cast<double>(follower->plan().learned_samples) / m.spec().sample_rate_hz;
+      live->learned_s = static_cast<double>(follower->plan().learned_samples) / m.spec().sample_rate_hz;
       if (follower->plan().start) live->start = follower->plan().start->source;
       if (with_curve && s.changed) {
         s.curve_due = now + seconds(options_.curve_every_s);

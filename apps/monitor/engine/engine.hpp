@@ -20,13 +20,13 @@ namespace resonid::monitor {
 struct LiveAxis {
   std::uint64_t revision = 0;  ///< Counts what was published of all axes.
   monitoring::Phase phase = monitoring::Phase::gathering;
-  std::string reason;              ///< Why nothing is followed.
-  std::uint64_t next_sample = 0;   ///< All before it are in what stands here.
-  std::int64_t newest_ns = 0;      ///< UNIX, of the newest sample; 0: none yet.
-  std::int64_t processed_ns = 0;   ///< UNIX, when it was taken in.
-  std::int64_t row_ns = 0;         ///< UNIX, of the row's newest sample; 0: no row yet.
+  std::string reason;             ///< Why nothing is followed.
+  std::uint64_t next_sample = 0;  ///< All before it are in what stands here.
+  std::int64_t newest_ns = 0;     ///< UNIX, of the newest sample; 0: none yet.
+  std::int64_t processed_ns = 0;  ///< UNIX, when it was taken in.
+  std::int64_t row_ns = 0;        ///< UNIX, of the row's newest sample; 0: no row yet.
   monitoring::Row row;
-  online::AxisRow estimate;        ///< The same with all that the engine says.
+  online::AxisRow estimate;  ///< The same with all that the engine says.
   std::array<monitoring::FigureChange, monitoring::kWatched> changes{};
   std::array<bool, monitoring::kWatched> watches{};  ///< Whether changes can be told yet.
   std::array<monitoring::AlarmState, monitoring::kAlarms> alarms{};
@@ -76,8 +76,8 @@ struct EngineOptions {
 };
 
 /// Follows all axes: takes their samples out of the rings, on worker threads to which axes are dealt out, and
-/// hands over rows, events and snapshots. Nothing on the way of the samples waits for a lock. What it comes to
-/// depends on the samples and the actions at their samples alone.
+/// hands over rows, events and snapshots. Nothing on the way of the samples waits for a lock. What it comes
+/// to depends on the samples and the actions at their samples alone.
 class Engine {
  public:
   struct Axis {

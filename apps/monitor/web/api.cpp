@@ -18,7 +18,7 @@
 #include "monitor/web/assets.hpp"
 #include "monitor/web/questions.hpp"
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 namespace {
 
 constexpr std::string_view kJson = "application/json";
@@ -498,4 +498,4 @@ std::span<const RouteName> routes() noexcept {
   return kNames;
 }
 
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

@@ -10,7 +10,7 @@
 #include "monitor/web/metrics.hpp"
 #include "monitor/web/sockets.hpp"
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 
 /// Who may ask for what.
 struct ApiRules {
@@ -38,4 +38,4 @@ struct RouteName {
 };
 [[nodiscard]] std::span<const RouteName> routes() noexcept;
 
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

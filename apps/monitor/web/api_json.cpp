@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <tuple>
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -324,4 +324,4 @@ std::string status_short_json(const AxisStatus& axis) { return text_of(status(ax
 std::string status_full_json(const AxisStatus& axis) { return text_of(status(axis, true)); }
 std::string alarm_json(const Alarm& a) { return text_of(alarm(a)); }
 
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

@@ -8,7 +8,7 @@
 
 #include "monitor/web/backend.hpp"
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 
 /// A figure's name in the API: resonance_hz, stiffness, phase_margin_deg ...
 [[nodiscard]] std::string_view key_of(monitoring::Watched) noexcept;
@@ -37,4 +37,4 @@ namespace resonid::monitor {
 /// Whether `a` stands above `b` in a list that begins with the worst.
 [[nodiscard]] bool worse(const AxisStatus& a, const AxisStatus& b);
 
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

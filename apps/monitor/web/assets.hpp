@@ -4,7 +4,7 @@
 #include <span>
 #include <string_view>
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 
 /// A file of the page, in the program; made at build time by embed_assets.cpp.
 struct Asset {
@@ -23,4 +23,4 @@ struct Asset {
   return nullptr;
 }
 
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

@@ -14,9 +14,10 @@
 #include <string_view>
 #include <vector>
 
+#include "monitoring/alarm_settings.hpp"
 #include "monitoring/row.hpp"
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 
 /// What is asked of the service, as plain values: JSON and other texts are made of them in one place each
 /// (api_json.hpp, metrics.hpp). Everywhere: times in UNIX seconds, a number that is not one is not known and
@@ -48,12 +49,7 @@ inline constexpr EnumName<AxisState> kAxisStateNames[] = {{AxisState::waiting, "
   return kAxisStateNames;
 }
 
-enum class Severity : std::uint8_t { info, warning, critical };
-inline constexpr EnumName<Severity> kSeverityNames[] = {
-    {Severity::info, "info"}, {Severity::warning, "warning"}, {Severity::critical, "critical"}};
-[[nodiscard]] constexpr std::span<const EnumName<Severity>> enum_names(Severity) noexcept {
-  return kSeverityNames;
-}
+using monitoring::Severity;
 
 /// One figure now, and against its baseline.
 struct FigureStatus {
@@ -87,7 +83,7 @@ struct AxisStatus {
   double rate_hz = kUnknown;
   std::uint64_t sample = 0;  ///< Index of the newest sample in the newest row.
   struct Worst {
-    Severity severity = Severity::info;
+    Severity severity = Severity::low;
     std::string text;
   };
   std::optional<Worst> worst_alarm;
@@ -190,7 +186,7 @@ struct Alarm {
   std::uint64_t id = 0;
   std::string axis;   ///< Empty: of the installation.
   std::string alarm;  ///< Name of a figure, data, stale, estimate, controller, disk
-  Severity severity = Severity::warning;
+  Severity severity = Severity::medium;
   bool active = false, acknowledged = false, latched = false;
   struct Shelved {
     double until_time_s = kUnknown;
@@ -309,4 +305,4 @@ class Backend {
   [[nodiscard]] virtual Answer<void> act(const Action&) = 0;
 };
 
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

@@ -13,7 +13,7 @@
 #include <cmath>
 #include <system_error>
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 namespace {
 
 Moved plain_result(::ssize_t bytes, Moved::End wants) {
@@ -120,4 +120,4 @@ std::string address_text(const ::sockaddr_storage& address) {
   return text.data();
 }
 
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

@@ -15,7 +15,7 @@
 
 #include "monitor/web/sockets.hpp"
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 
 /// An open descriptor.
 class Descriptor {
@@ -75,4 +75,4 @@ class Channel {
 /// A client's address as text; of IPv6 the network, since one host has as many addresses as it likes.
 [[nodiscard]] std::string address_text(const ::sockaddr_storage&);
 
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

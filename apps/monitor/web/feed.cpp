@@ -10,7 +10,7 @@
 #include "monitor/web/api_json.hpp"
 #include "monitor/web/questions.hpp"
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 
 Feed::Feed(const Backend& backend, std::uint64_t boot, std::function<void(FeedEvent)> send)
     : backend_(backend), boot_(boot), send_(std::move(send)) {}
@@ -122,4 +122,4 @@ void Feed::round(double now_s, const std::set<std::string>& watched) {
   }
 }
 
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

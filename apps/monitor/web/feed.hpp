@@ -14,7 +14,7 @@
 
 #include "monitor/web/backend.hpp"
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 
 /// One Server-Sent Event, made once and sent by every stream that wants it.
 using Text = std::shared_ptr<const std::string>;
@@ -86,4 +86,4 @@ class Feed {
   std::deque<FeedEvent> ring_;
 };
 
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

@@ -10,7 +10,7 @@
 
 #include "monitor/web/api_json.hpp"
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 namespace {
 
 std::string_view reason_of(int status) {
@@ -89,4 +89,4 @@ RequestSize request_size(std::string_view received, const WebLimits& limits) {
   return size;
 }
 
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

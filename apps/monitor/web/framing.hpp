@@ -7,7 +7,7 @@
 
 #include "monitor/web/sockets.hpp"
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 
 /// How long a request is, by its head.
 struct RequestSize {
@@ -20,4 +20,4 @@ struct RequestSize {
 /// An answer of the sockets themselves, after which the connection ends.
 [[nodiscard]] Reply refusal(int status, std::string_view field, std::string_view message);
 
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <string_view>
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 namespace {
 
 using monitoring::Watched;
@@ -187,7 +187,7 @@ std::string metrics_text(const std::vector<AxisStatus>& axes, const std::vector<
       to.sample(fmt::format("{},kind=\"{}\"", labels[i], label(fault.kind)), fault.count);
 
   to.family("resonid_alarms_active", "gauge", "Active alarms by severity.");
-  for (const auto& [severity, name] : kSeverityNames) {
+  for (const auto& [severity, name] : monitoring::kSeverityNames) {
     std::uint64_t count = 0;
     for (const auto& alarm : active) count += alarm.active && alarm.severity == severity;
     to.sample(fmt::format("severity=\"{}\"", name), count);
@@ -227,4 +227,4 @@ std::string metrics_text(const std::vector<AxisStatus>& axes, const std::vector<
   return to.text();
 }
 
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

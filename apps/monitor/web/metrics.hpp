@@ -8,7 +8,7 @@
 
 #include "monitor/web/backend.hpp"
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 
 /// What the web server counts of itself.
 struct WebCounts {
@@ -22,4 +22,4 @@ struct WebCounts {
 [[nodiscard]] std::string metrics_text(const std::vector<AxisStatus>&, const std::vector<Alarm>& active,
                                        const ServiceStatus&, const WebCounts&);
 
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

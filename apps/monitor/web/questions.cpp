@@ -12,7 +12,7 @@
 
 #include "monitor/web/api_json.hpp"
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 namespace {
 
 constexpr double kYear = 366.0 * 86400.0;    // s
@@ -214,4 +214,4 @@ Answer<Action> action_of(ActionKind kind, std::string_view body, double now_s) {
   return action;
 }
 
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

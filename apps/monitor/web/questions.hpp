@@ -8,7 +8,7 @@
 
 #include "monitor/web/backend.hpp"
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 
 /// A request's query, decoded, as the HTTP library keeps it.
 using Query = std::multimap<std::string, std::string>;
@@ -41,4 +41,4 @@ inline constexpr double kLongestRaw = 3600.0;  ///< s; of raw samples in one ans
 /// maintenance), and for these an end as "seconds" from now or "until_time_s", at most a year ahead.
 [[nodiscard]] Answer<Action> action_of(ActionKind, std::string_view body, double now_s);
 
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

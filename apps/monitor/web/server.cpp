@@ -14,7 +14,7 @@
 #include "monitor/web/api.hpp"
 #include "monitor/web/feed.hpp"
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 namespace {
 
 double unix_time_s() {
@@ -130,4 +130,4 @@ std::string WebServer::url() const {
 
 void WebServer::stop() { parts_->stop(); }
 
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

@@ -9,7 +9,7 @@
 #include "monitor/web/backend.hpp"
 #include "monitor/web/sockets.hpp"
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 
 /// How the web server is set up.
 struct WebOptions {
@@ -42,4 +42,4 @@ class WebServer {
   std::unique_ptr<Parts> parts_;
 };
 
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

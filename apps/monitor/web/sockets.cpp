@@ -28,7 +28,7 @@
 #include "monitor/web/channel.hpp"
 #include "monitor/web/framing.hpp"
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -623,4 +623,4 @@ expected<std::unique_ptr<Sockets>, Error> Sockets::listen(const Listening& liste
                                         std::move(wake), port);
 }
 
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

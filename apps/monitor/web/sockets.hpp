@@ -14,7 +14,7 @@
 
 #include "monitor/web/feed.hpp"
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 
 /// What clients may take of the server.
 struct WebLimits {
@@ -84,4 +84,4 @@ class Sockets {
   Sockets() = default;
 };
 
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

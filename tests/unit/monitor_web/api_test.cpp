@@ -11,7 +11,7 @@
 #include "openapi.hpp"
 #include "web_client.hpp"
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 namespace {
 
 using nlohmann::json;
@@ -133,8 +133,8 @@ TEST_F(WebApi, TheComparisonWithTheDescriptionFindsFaults) {
 
 TEST_F(WebApi, AxesComeWorstFirstAndUnknownIsAbsent) {
   auto ill = an_axis("ill"), warned = an_axis("warned"), stale = an_axis("stale");
-  ill.worst_alarm = AxisStatus::Worst{Severity::critical, "stiffness fell"};
-  warned.worst_alarm = AxisStatus::Worst{Severity::warning, "friction rose"};
+  ill.worst_alarm = AxisStatus::Worst{Severity::high, "stiffness fell"};
+  warned.worst_alarm = AxisStatus::Worst{Severity::medium, "friction rose"};
   stale.state = AxisState::stale;
   backend.set({warned, stale, ill});
   const auto axes = get("/api/v1/axes").at("axes");
@@ -428,4 +428,4 @@ TEST_F(WebApi, RefusesOptionsThatAreNotRight) {
 }
 
 }  // namespace
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

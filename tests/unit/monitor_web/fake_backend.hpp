@@ -12,7 +12,7 @@
 
 #include "monitor/web/backend.hpp"
 
-namespace resonid::monitor::test {
+namespace resonid::monitor::web::test {
 
 inline constexpr double kTime = 1.7e9;  // s
 
@@ -44,7 +44,7 @@ inline Alarm an_alarm(std::uint64_t id) {
   alarm.id = id;
   alarm.axis = "x";
   alarm.alarm = "stiffness";
-  alarm.severity = Severity::critical;
+  alarm.severity = Severity::high;
   alarm.active = true;
   alarm.text = "stiffness fell by 5.1 %";
   alarm.cause = "belt or coupling";
@@ -197,4 +197,4 @@ class FakeBackend : public Backend {
   std::vector<Action> actions_;
 };
 
-}  // namespace resonid::monitor::test
+}  // namespace resonid::monitor::web::test

@@ -6,7 +6,7 @@
 #include "fake_backend.hpp"
 #include "openapi.hpp"
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 namespace {
 
 using nlohmann::json;
@@ -100,7 +100,7 @@ TEST_F(WebFeed, OneAxisAndItsResponseForThoseWhoWatchIt) {
 TEST_F(WebFeed, EventsAreAsDescribed) {
   const test::OpenApi api;
   auto axis = an_axis("x");
-  axis.worst_alarm = AxisStatus::Worst{Severity::warning, "friction rose"};
+  axis.worst_alarm = AxisStatus::Worst{Severity::medium, "friction rose"};
   const std::map<FeedEvent::Kind, std::string> schemas = {{FeedEvent::Kind::frame, "Frame"},
                                                           {FeedEvent::Kind::axis, "AxisStatus"},
                                                           {FeedEvent::Kind::response, "AxisResponse"}};
@@ -140,4 +140,4 @@ TEST_F(WebFeed, AlarmsCanBeResumedFrom) {
 }
 
 }  // namespace
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

@@ -12,7 +12,7 @@
 #include "monitor/web/server.hpp"
 #include "web_client.hpp"
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 namespace {
 
 using test::ask;
@@ -268,4 +268,4 @@ TEST_F(WebLimitsTest, WhatIsBeingAnsweredIsSentBeforeTheEnd) {
 }
 
 }  // namespace
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

@@ -13,7 +13,7 @@
 
 #include "fake_backend.hpp"
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 namespace {
 
 using test::an_axis;
@@ -49,8 +49,8 @@ TEST(WebMetrics, BaseUnitsAndLabels) {
                            R"(resonid_samples_total{axis="x"} 1000)",
                            R"(resonid_samples_missing_total{axis="x"} 5)",
                            R"(resonid_faults_total{axis="x",kind="clock"} 2)",
-                           R"(resonid_alarms_active{severity="critical"} 1)",
-                           R"(resonid_alarms_active{severity="warning"} 0)",
+                           R"(resonid_alarms_active{severity="high"} 1)",
+                           R"(resonid_alarms_active{severity="medium"} 0)",
                            R"(resonid_source_lost_total{source="line-1",kind="mqtt"} 1)",
                            R"(resonid_http_responses_total{code="404"} 1)"})
     EXPECT_TRUE(has_line(text, line)) << line;
@@ -109,4 +109,4 @@ TEST(WebMetrics, AThousandAxesAreQuick) {
 }
 
 }  // namespace
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-namespace resonid::monitor::test {
+namespace resonid::monitor::web::test {
 
 /// The description of the API, and what of OpenAPI's schemas it uses.
 class OpenApi {
@@ -105,4 +105,4 @@ class OpenApi {
   }
 };
 
-}  // namespace resonid::monitor::test
+}  // namespace resonid::monitor::web::test

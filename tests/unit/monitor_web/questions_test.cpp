@@ -6,7 +6,7 @@
 #include "monitor/web/api_json.hpp"
 #include "monitor/web/framing.hpp"
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 namespace {
 
 TEST(WebQuestions, NamesOfAxes) {
@@ -69,4 +69,4 @@ TEST(WebQuestions, WhereARequestEnds) {
 }
 
 }  // namespace
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

@@ -13,7 +13,7 @@
 #include "monitor/web/server.hpp"
 #include "web_client.hpp"
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 namespace {
 
 using nlohmann::json;
@@ -223,4 +223,4 @@ TEST_F(WebStream, ThirtyPagesGetFramesAtOnce) {
 }
 
 }  // namespace
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

@@ -17,7 +17,7 @@
 #include "monitor/web/server.hpp"
 #include "web_client.hpp"
 
-namespace resonid::monitor {
+namespace resonid::monitor::web {
 namespace {
 
 namespace fs = std::filesystem;
@@ -168,4 +168,4 @@ TEST_F(WebTls, RefusesFilesThatAreNone) {
 }
 
 }  // namespace
-}  // namespace resonid::monitor
+}  // namespace resonid::monitor::web

@@ -16,7 +16,7 @@
 #include <string_view>
 #include <utility>
 
-namespace resonid::monitor::test {
+namespace resonid::monitor::web::test {
 
 struct HttpReply {
   int status = 0;                              ///< 0: none came.
@@ -176,4 +176,4 @@ inline WebClient open_stream(std::uint16_t port, std::string_view query = {}, Re
   return client;
 }
 
-}  // namespace resonid::monitor::test
+}  // namespace resonid::monitor::web::test

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "monitor/engine/engine.hpp"
+#include "monitor/store/records.hpp"
+
+namespace resonid::monitor {
+
+/// Number of an alarm from its raising, the same whenever that is replayed; below 2^53, as JSON wants it.
+[[nodiscard]] std::uint64_t alarm_number(const std::string& axis, monitoring::AlarmId alarm,
+                                         std::uint64_t raised_sample);
+
+/// Makes the store's records of alarms from events. What an alarm says is what its raising said, whatever
+/// happens to it later.
+class AlarmRecords {
+ public:
+  /// An alarm that the store knows, at the start.
+  void know(const AlarmRecord& record) { words_[record.id] = record.json; }
+  void add(const std::string& axis, double sample_rate_hz, const Results::TimedEvent& event, Batch& batch);
+
+ private:
+  std::map<std::string, std::string> words_;  // JSON by id, of alarms that are not done with
+};
+
+}  // namespace resonid::monitor

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+#include <resonid/base/expected.hpp>
+#include <string>
+
+#include "monitor/service/installation.hpp"
+
+namespace resonid::monitor {
+
+/// The page of `identify` over raw samples of an axis that a file holds (raw_csv()), as told for the axis;
+/// kept beside the file. Else why there is none.
+[[nodiscard]] expected<std::string, std::string> evidence_report(const InstalledAxis& axis,
+                                                                 const std::filesystem::path& file);
+
+}  // namespace resonid::monitor

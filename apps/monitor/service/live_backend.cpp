@@ -1,0 +1,494 @@
+// SPDX-License-Identifier: MIT
+#include "monitor/service/live_backend.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "monitor/service/evidence_report.hpp"
+#include "monitor/service/raw_csv.hpp"
+
+namespace resonid::monitor {
+namespace {
+
+using monitoring::AlarmId;
+using monitoring::Phase;
+using web::Answer;
+using web::kUnknown;
+using web::Problem;
+using Json = nlohmann::json;
+
+constexpr std::size_t kMostEvents = 1000;
+constexpr std::size_t kMostBaselines = 20;
+
+double seconds(std::int64_t ns) { return static_cast<double>(ns) * 1e-9; }
+std::int64_t ns_of(double unix_s) { return static_cast<std::int64_t>(std::llround(unix_s * 1e9)); }
+
+auto no(Problem::Kind kind, std::string field, std::string message) {
+  return tl::unexpected(Problem{kind, std::move(field), std::move(message)});
+}
+auto broken(const StoreError& error) { return no(Problem::Kind::unavailable, "store", error.text); }
+
+web::AxisState state_of(const LiveAxis& live) {
+  if (live.stale) return web::AxisState::stale;
+  if (live.phase == Phase::following) return web::AxisState::following;
+  if (live.next_sample == 0 || live.phase == Phase::resting) return web::AxisState::waiting;
+  return web::AxisState::learning;
+}
+
+/// Why a row is not trusted, in words.
+std::string why(const LiveAxis& live) {
+  using V = online::AxisVerdict;
+  if (live.stale) return "no samples come";
+  if (live.phase != Phase::following) {
+    if (!live.reason.empty()) return live.reason;
+    return live.next_sample == 0 ? "waits for the first samples" : "learns what the machine is";
+  }
+  switch (live.row.verdict) {
+    case V::trusted:
+      return "";
+    case V::not_measured:
+      return "no row yet";
+    case V::not_ready:
+      return "the estimate still depends on where it began";
+    case V::stopped:
+      return "the excitation was stopped by a limit";
+    case V::samples_missing:
+      return "too many samples are missing";
+    case V::not_excited:
+      return "the machine is not excited";
+    case V::unphysical:
+      return "the estimate is no possible machine";
+    case V::outside_lines:
+      return "the resonance lies outside of the lines";
+    case V::not_converged:
+      return "the resonance has not come to rest";
+    case V::residual_grown:
+      return "the model explains less than it did";
+  }
+  return "";
+}
+
+web::AlarmChange change_of(const Json& json) {
+  return {json.value("before", kUnknown), json.value("after", kUnknown),    json.value("size", kUnknown),
+          json.value("std", kUnknown),    json.value("relative", kUnknown), json.value("sigma", kUnknown)};
+}
+
+std::string file_text(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return file ? text.str() : std::string();
+}
+
+}  // namespace
+
+web::Alarm alarm_of(const AlarmRecord& r) {
+  const Json json = Json::parse(r.json, nullptr, false);
+  web::Alarm a;
+  a.id = std::strtoull(r.id.c_str(), nullptr, 10);
+  a.axis = r.axis;
+  a.alarm = r.alarm;
+  a.severity = static_cast<monitoring::Severity>(std::clamp(r.severity, 0, 2));
+  a.active = r.active;
+  a.acknowledged = r.acknowledged;
+  a.latched = r.latched;
+  a.raised_time_s = seconds(r.raised_ns);
+  if (r.cleared_ns) a.cleared_time_s = seconds(*r.cleared_ns);
+  if (!json.is_object()) return a;
+  a.text = json.value("text", "");
+  a.cause = json.value("cause", "");
+  a.suppressed = json.value("suppressed", "");
+  a.since_time_s = seconds(json.value("since_ns", std::int64_t{0}));
+  if (r.shelved_until_ns) {
+    const Json by = json.value("shelved", Json::object());
+    a.shelved =
+        web::Alarm::Shelved{seconds(*r.shelved_until_ns), by.value("reason", ""), by.value("who", "")};
+  }
+  if (json.contains("change")) a.change = change_of(json["change"]);
+  a.evidence = true;
+  return a;
+}
+
+LiveBackend::LiveBackend(const Installation& installation, Engine& engine, const Recorder& recorder,
+                         Reader reader, std::vector<Axis> axes, std::vector<RunningSource> sources)
+    : installation_(installation),
+      engine_(engine),
+      recorder_(recorder),
+      reader_(std::move(reader)),
+      axes_(std::move(axes)),
+      sources_(std::move(sources)),
+      started_ns_(now_ns()) {
+  for (const auto& axis : axes_)
+    rules_.push_back(monitoring::AxisAlarmRules::create(axis.installed->spec.alarms,
+                                                        axis.installed->spec.sample_rate_hz)
+                         .value());  // the engine's axis was made with them
+}
+
+Answer<std::size_t> LiveBackend::index_of(const std::string& axis) const {
+  for (std::size_t i = 0; i < axes_.size(); ++i)
+    if (axes_[i].installed->spec.name == axis) return i;
+  return no(Problem::Kind::not_found, "axis", fmt::format("there is no axis '{}'", axis));
+}
+
+web::AxisStatus LiveBackend::status_of(std::size_t index, const LiveAxis& live) const {
+  const Axis& axis = axes_[index];
+  web::AxisStatus s;
+  s.name = axis.installed->spec.name;
+  s.state = state_of(live);
+  s.trusted = live.row.trusted && !live.stale && live.phase == Phase::following;
+  s.verdict = live.row.verdict;
+  s.why = why(live);
+  s.motion = axis.installed->spec.motion;
+  const std::int64_t now = now_ns();
+  if (live.row_ns != 0) {
+    const double lag_s = live.row.lag_samples / axis.installed->spec.sample_rate_hz;
+    s.time_s = seconds(live.row_ns) - (std::isfinite(lag_s) ? lag_s : 0.0);
+  }
+  if (live.newest_ns != 0) {
+    s.age_s = seconds(now - live.newest_ns);
+    s.latency_s = seconds(live.processed_ns - live.newest_ns);
+  }
+  s.rate_hz = axis.installed->spec.sample_rate_hz;
+  s.sample = live.row.sample;
+  s.source = axis.installed->source;
+  for (std::size_t i = 0; i < monitoring::kWatched; ++i) {
+    auto& f = s.figures[i];
+    f.now = live.row.figures[i];
+    if (!live.watches[i]) continue;
+    const auto& c = live.changes[i];
+    f.baseline = c.before;
+    f.change = f.now.value - c.before;
+    f.change_std = std::hypot(f.now.std, c.before_std);
+  }
+  for (std::size_t i = 0; i < monitoring::kAlarms; ++i) {
+    const auto& a = live.alarms[i];
+    if (!a.annunciated()) continue;
+    ++s.alarms;
+    if (!a.acknowledged) ++s.unacknowledged;
+    const auto severity = rules_[index].severity(AlarmId::of(i));
+    if (!s.worst_alarm || severity > s.worst_alarm->severity)
+      s.worst_alarm = web::AxisStatus::Worst{severity, monitoring::alarm_name(AlarmId::of(i))};
+  }
+  const auto& counts = axis.intake->counters();
+  s.samples = {counts.samples.load(), counts.missing.load(), counts.late.load(), counts.duplicate.load(),
+               counts.lost.load()};
+  for (const auto& fault : kFaultNames)
+    if (const auto count = axis.intake->faults().count(fault.value); count > 0)
+      s.faults.push_back({std::string(fault.name), count, axis.intake->faults().example(fault.value)});
+  return s;
+}
+
+web::AxisNews LiveBackend::axes(std::uint64_t after) const {
+  web::AxisNews news;
+  news.revision = engine_.revision();
+  for (std::size_t i = 0; i < axes_.size(); ++i)
+    if (const auto live = engine_.live(i); live && live->revision > after)
+      news.axes.push_back(status_of(i, *live));
+  return news;
+}
+
+Answer<web::AxisDetail> LiveBackend::axis(const std::string& name) const {
+  const auto index = index_of(name);
+  if (!index) return tl::unexpected(index.error());
+  const auto live = engine_.live(*index);
+  const auto& installed = *axes_[*index].installed;
+  web::AxisDetail d;
+  d.status = status_of(*index, *live);
+  d.estimator.method = live->method;
+  if (live->memory_s > 0.0) d.estimator.memory_s = live->memory_s;
+  d.estimator.gates = live->row.gates;
+  if (live->learned_s > 0.0) d.estimator.learned_s = live->learned_s;
+  d.estimator.start = live->start;
+  d.loop.controller = installed.controller;
+  d.loop.delay_s = installed.spec.track.common.delay_s;
+  const auto& e = live->estimate;
+  d.loop.crossover_hz = e.crossover_hz.value;
+  d.loop.gain_margin_db = e.gain_margin_db;
+  d.loop.gain_margin_hz = e.gain_margin_hz;
+  d.loop.modulus_margin_hz = e.modulus_margin_hz;
+  d.loop.worst_phase_margin_deg = e.worst_phase_margin_deg;
+  d.configuration_hash = axes_[*index].configuration_hash;
+  const std::scoped_lock lock(reader_mutex_);
+  if (const auto all = reader_.baselines(name, kMostBaselines))
+    for (const auto& b : *all)
+      d.baselines.push_back(
+          {seconds(b.time_ns), b.sample, b.who, b.reason, d.baselines.empty(), b.figures.figures});
+  return d;
+}
+
+Answer<web::AxisResponse> LiveBackend::response(const std::string& axis) const {
+  const auto index = index_of(axis);
+  if (!index) return tl::unexpected(index.error());
+  const auto live = engine_.live(*index);
+  if (!live->curve || live->curve->frequency_hz.empty())
+    return no(Problem::Kind::unavailable, "axis", "nothing is known of its response yet: " + why(*live));
+  const auto& c = *live->curve;
+  const auto curve = [&](const std::vector<std::complex<double>>& values, const std::vector<double>& std) {
+    web::Curve to;
+    to.frequency_hz = c.frequency_hz;
+    for (const auto& v : values) {
+      to.real.push_back(v.real());
+      to.imag.push_back(v.imag());
+    }
+    to.std = std;
+    return to;
+  };
+  web::AxisResponse r;
+  r.time_s = seconds(live->curve_ns);
+  r.plant = curve(c.plant, c.std);
+  if (!c.std.empty())
+    for (std::size_t i = 0; i < c.std.size(); ++i) {
+      const double relative = c.std[i] / std::abs(c.plant[i]);
+      r.plant.coherence.push_back(1.0 / (1.0 + relative * relative));
+    }
+  if (!c.loop.empty()) r.loop = curve(c.loop, c.loop_std);
+  const auto& baseline = axes_[*index].installed->spec.track.baseline;
+  if (!baseline) return r;
+  web::Curve b;
+  const auto& response = baseline->response;
+  for (std::size_t i = 0; i < response.lines(); ++i) {
+    b.frequency_hz.push_back(response.frequency_hz[i]);
+    b.real.push_back(response.value[i].real());
+    b.imag.push_back(response.value[i].imag());
+  }
+  r.baseline = std::move(b);
+  return r;
+}
+
+Answer<web::History> LiveBackend::history(const std::string& axis, const web::HistoryQuestion& q) const {
+  if (const auto index = index_of(axis); !index) return tl::unexpected(index.error());
+  const HistoryQuery query{
+      axis, q.figures, ns_of(q.from_s), ns_of(q.to_s), std::max<std::uint32_t>(1, q.points), {}};
+  const std::scoped_lock lock(reader_mutex_);
+  const auto found = reader_.history(query);
+  if (!found) return broken(found.error());
+  web::History h;
+  h.resolution = static_cast<web::Resolution>(found->resolution);
+  for (const auto t : found->time_ns) h.time_s.push_back(seconds(t));
+  for (std::size_t i = 0; i < q.figures.size(); ++i) {
+    web::History::Trend trend;
+    trend.figure = q.figures[i];
+    for (const auto& f : found->figures[i]) {
+      trend.value.push_back(f.mean);
+      trend.std.push_back(std::isfinite(f.std) ? f.std : f.own_std);
+      trend.min.push_back(f.min);
+      trend.max.push_back(f.max);
+      trend.trusted.push_back(f.rows > 0 ? static_cast<double>(f.trusted) / f.rows : 0.0);
+    }
+    h.trends.push_back(std::move(trend));
+  }
+  return h;
+}
+
+Answer<std::string> LiveBackend::raw(const std::string& axis, double from_s, double to_s) const {
+  const auto index = index_of(axis);
+  if (!index) return tl::unexpected(index.error());
+  const auto live = engine_.live(*index);
+  const double rate_hz = axes_[*index].installed->spec.sample_rate_hz, newest_s = seconds(live->newest_ns);
+  const auto sample_of = [&](double time_s) {
+    const double sample = static_cast<double>(live->next_sample) - 1.0 - (newest_s - time_s) * rate_hz;
+    return static_cast<std::uint64_t>(std::max(0.0, std::ceil(sample)));
+  };
+  return raw_csv(*axes_[*index].ring, *axes_[*index].installed, sample_of(from_s), sample_of(to_s));
+}
+
+Answer<web::Comparison> LiveBackend::compare(const std::string& axis, double a_time_s,
+                                             double b_time_s) const {
+  if (const auto index = index_of(axis); !index) return tl::unexpected(index.error());
+  const std::scoped_lock lock(reader_mutex_);
+  const auto found = reader_.compare(axis, ns_of(a_time_s), ns_of(b_time_s));
+  if (!found) return broken(found.error());
+  web::Comparison c;
+  for (const auto& d : *found) {
+    if (!d.a || !d.b) continue;
+    c.a_time_s = 0.5 * (seconds(d.a->from_ns) + seconds(d.a->to_ns));
+    c.b_time_s = 0.5 * (seconds(d.b->from_ns) + seconds(d.b->to_ns));
+    c.lines.push_back({d.figure,
+                       {d.a->summary.mean, d.a->summary.std},
+                       {d.b->summary.mean, d.b->summary.std},
+                       d.difference,
+                       d.std,
+                       d.sigma});
+  }
+  if (c.lines.empty())
+    return no(Problem::Kind::not_found, "a", "no trusted rows within a week of both times");
+  return c;
+}
+
+std::vector<web::Alarm> LiveBackend::alarms(const web::AlarmQuestion& q) const {
+  AlarmFilter filter = AlarmFilter::all;
+  if (q.state == web::AlarmFilter::active) filter = AlarmFilter::active;
+  if (q.state == web::AlarmFilter::unacknowledged) filter = AlarmFilter::unacknowledged;
+  if (q.state == web::AlarmFilter::shelved) filter = AlarmFilter::shelved;
+  const auto axis = q.axis.empty() ? std::nullopt : std::optional(q.axis);
+  const std::scoped_lock lock(reader_mutex_);
+  std::vector<web::Alarm> all;
+  if (const auto found = reader_.alarms(filter, axis, std::max<std::uint32_t>(1, q.limit)))
+    for (const auto& record : *found)
+      if (q.state != web::AlarmFilter::cleared || !record.active) all.push_back(alarm_of(record));
+  return all;
+}
+
+Answer<AlarmRecord> LiveBackend::record_of(std::uint64_t alarm) const {
+  const std::scoped_lock lock(reader_mutex_);
+  auto found = reader_.alarm(std::to_string(alarm));
+  if (!found) return broken(found.error());
+  if (!*found) return no(Problem::Kind::not_found, "id", fmt::format("there is no alarm {}", alarm));
+  return std::move(**found);
+}
+
+Answer<std::vector<web::AlarmEvent>> LiveBackend::events(std::uint64_t alarm) const {
+  if (const auto record = record_of(alarm); !record) return tl::unexpected(record.error());
+  const std::scoped_lock lock(reader_mutex_);
+  const auto found = reader_.events(std::to_string(alarm), kMostEvents);
+  if (!found) return broken(found.error());
+  std::vector<web::AlarmEvent> all;
+  for (const auto& e : *found) {
+    const Json json = Json::parse(e.json, nullptr, false);
+    web::AlarmEvent event{seconds(e.time_ns), e.sample, e.transition, "", e.text, "", "", {}};
+    if (json.is_object()) {
+      event.state = json.value("state", "");
+      event.who = json.value("who", "");
+      event.reason = json.value("reason", "");
+      if (json.contains("change")) event.change = change_of(json["change"]);
+    }
+    all.push_back(std::move(event));
+  }
+  return all;
+}
+
+Answer<std::string> LiveBackend::evidence(std::uint64_t alarm) const {
+  std::string file;
+  {
+    const std::scoped_lock lock(reader_mutex_);
+    const auto found = reader_.evidence(std::to_string(alarm));
+    if (!found) return broken(found.error());
+    if (!found->empty()) file = found->front().file;
+  }
+  if (file.empty()) {
+    if (const auto record = record_of(alarm); !record) return tl::unexpected(record.error());
+    return no(Problem::Kind::unavailable, "id",
+              "its raw samples are not kept, or not complete yet: they are some seconds after the alarm");
+  }
+  std::string text = file_text(installation_.data / "evidence" / std::filesystem::path(file).filename());
+  if (text.empty()) return no(Problem::Kind::unavailable, "id", "the file of its raw samples cannot be read");
+  return text;
+}
+
+Answer<std::string> LiveBackend::report(std::uint64_t alarm) const {
+  const auto record = record_of(alarm);
+  if (!record) return tl::unexpected(record.error());
+  const auto index = index_of(record->axis);
+  if (!index) return tl::unexpected(index.error());
+  if (const auto text = evidence(alarm); !text) return text;
+  auto page = evidence_report(*axes_[*index].installed,
+                              installation_.data / "evidence" / fmt::format("{}.csv", alarm));
+  if (!page) return no(Problem::Kind::unavailable, "id", "its raw samples show no result: " + page.error());
+  return std::move(*page);
+}
+
+std::vector<web::AuditEntry> LiveBackend::audit(std::uint32_t limit) const {
+  std::vector<web::AuditEntry> all;
+  const std::scoped_lock lock(reader_mutex_);
+  if (const auto found = reader_.audit(std::max<std::uint32_t>(1, limit)))
+    for (const auto& a : *found) {
+      const Json json = Json::parse(a.arguments, nullptr, false);
+      std::string text;
+      const auto kind = from_name<monitoring::ActionKind>(a.kind);
+      if (json.is_object() && kind && *kind < monitoring::ActionKind::maintenance)
+        text = monitoring::alarm_name(
+            AlarmId::of(std::min<std::size_t>(json.value("alarm", std::size_t{0}), monitoring::kAlarms - 1)));
+      all.push_back({seconds(a.time_ns), a.axis, a.kind, a.who, a.reason, text});
+    }
+  return all;
+}
+
+web::ServiceStatus LiveBackend::status() const {
+  web::ServiceStatus s;
+  s.version = installation_.version;
+  s.started_time_s = seconds(started_ns_);
+  s.uptime_s = seconds(now_ns() - started_ns_);
+  s.axes = axes_.size();
+  for (const auto& source : sources_) {
+    const auto now = source.source->status();
+    s.sources.push_back({source.installed->name, source.installed->kind, std::string(name_of(now.state)),
+                         std::string(source.source->promise()), now.messages, now.bytes, now.lost, now.text});
+  }
+  const auto store = recorder_.status();
+  s.store = {store.bytes, store.pending, store.disk_full};
+  s.threshold.false_alarm_interval_s = installation_.false_alarm_interval_s;
+  if (!axes_.empty()) s.threshold.per_figure_s = axes_.front().installed->spec.false_alarm_interval_s;
+  return s;
+}
+
+web::Readiness LiveBackend::readiness() const {
+  web::Readiness r;
+  const auto store = recorder_.status();
+  r.engine = true;
+  r.store = store.fault.empty();
+  r.text = store.fault;
+  r.sources = true;
+  for (const auto& source : sources_) {
+    const auto now = source.source->status();
+    if (now.state == SourceState::running || now.state == SourceState::ended) continue;
+    r.sources = false;
+    r.text += fmt::format("{}source {} is {}: {}", r.text.empty() ? "" : "; ", source.installed->name,
+                          name_of(now.state), now.text);
+  }
+  return r;
+}
+
+Answer<void> LiveBackend::act(const web::Action& action) {
+  using K = monitoring::ActionKind;
+  std::string axis = action.axis;
+  AlarmId alarm{};
+  K kind = K::acknowledge;
+  switch (action.kind) {
+    case web::ActionKind::acknowledge:
+      kind = K::acknowledge;
+      break;
+    case web::ActionKind::shelve:
+      kind = std::isfinite(action.until_time_s) ? K::shelve : K::shelve_once;
+      break;
+    case web::ActionKind::unshelve:
+      kind = K::unshelve;
+      break;
+    case web::ActionKind::reset:
+      kind = K::reset;
+      break;
+    case web::ActionKind::baseline:
+      kind = K::set_baseline;
+      break;
+    case web::ActionKind::relearn:
+      kind = K::relearn;
+      break;
+    case web::ActionKind::maintenance:
+      kind = K::maintenance;
+      break;
+  }
+  if (kind < K::maintenance) {
+    const auto record = record_of(action.alarm);
+    if (!record) return tl::unexpected(record.error());
+    if (!record->open)
+      return no(Problem::Kind::conflict, "id", "the alarm is over: cleared, acknowledged and not latched");
+    axis = record->axis;
+    if (const auto known = monitoring::alarm_from_name(record->alarm)) alarm = *known;
+  }
+  const auto index = index_of(axis);
+  if (!index) return tl::unexpected(index.error());
+  if (kind == K::acknowledge && engine_.live(*index)->alarms[alarm.index()].acknowledged)
+    return no(Problem::Kind::conflict, "id", "the alarm is acknowledged already");
+  std::optional<double> seconds_from_now;
+  if (std::isfinite(action.until_time_s)) seconds_from_now = action.until_time_s - seconds(now_ns());
+  if (const auto done = engine_.act(*index, kind, alarm, seconds_from_now, action.who, action.reason); !done)
+    return no(Problem::Kind::unavailable, "axis", done.error().requirement.str());
+  return {};
+}
+
+}  // namespace resonid::monitor

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "monitor/samples/ring.hpp"
+#include "monitor/service/installation.hpp"
+
+namespace resonid::monitor {
+
+/// Raw samples `from` to `to` (not included) of an axis, as far as the ring has them, as a recording that
+/// `resonid identify` reads; comments say with which options it gives what the monitor saw.
+[[nodiscard]] std::string raw_csv(const Ring& ring, const InstalledAxis& axis, std::uint64_t from,
+                                  std::uint64_t to);
+
+}  // namespace resonid::monitor

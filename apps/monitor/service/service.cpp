@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: MIT
+#include "monitor/service/service.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <resonid/base/error_text.hpp>
+#include <system_error>
+
+#include "monitor/service/live_backend.hpp"
+#include "monitor/service/recorder.hpp"
+#include "monitor/store/reader.hpp"
+#include "monitor/web/server.hpp"
+
+namespace resonid::monitor {
+namespace {
+
+using Json = nlohmann::json;
+constexpr std::size_t kMostReplayedActions = 100'000;
+constexpr std::size_t kMostKnownAlarms = 100'000;
+
+Error store_error(const StoreError& error) { return Error{"data", error.text}; }
+
+/// The axes of one source, by what it calls them.
+class SourceAxes : public Axes {
+ public:
+  void add(const std::string& channel, Intake* intake) {
+    by_name_[channel] = intake;
+    all_.push_back(intake);
+  }
+  Intake* find(std::string_view name) override {
+    const auto found = by_name_.find(name);
+    if (found != by_name_.end()) return found->second;
+    return name.empty() && all_.size() == 1 ? all_.front() : nullptr;
+  }
+  std::span<Intake* const> all() override { return all_; }
+
+ private:
+  std::map<std::string, Intake*, std::less<>> by_name_;
+  std::vector<Intake*> all_;
+};
+
+std::vector<Told> told_of(const std::vector<ActionRecord>& records) {
+  std::vector<Told> all;
+  for (const auto& r : records) {
+    const auto kind = from_name<monitoring::ActionKind>(r.kind);
+    const Json json = Json::parse(r.arguments, nullptr, false);
+    if (!kind || !json.is_object()) continue;
+    Told told;
+    told.action.sample = r.sample;
+    told.action.kind = *kind;
+    told.action.id = json.value("id", std::uint64_t{0});
+    told.action.until_sample = json.value("until_sample", std::uint64_t{0});
+    told.action.alarm = monitoring::AlarmId::of(
+        std::min<std::size_t>(json.value("alarm", std::size_t{0}), monitoring::kAlarms - 1));
+    told.time_ns = r.time_ns;
+    told.who = r.who;
+    told.reason = r.reason;
+    all.push_back(std::move(told));
+  }
+  return all;
+}
+
+}  // namespace
+
+struct Service::Parts {
+  Installation installation;
+  std::vector<std::unique_ptr<Ring>> rings;
+  std::vector<std::unique_ptr<Intake>> intakes;
+  std::vector<std::string> hashes;
+  std::map<std::string, SourceAxes> source_axes;
+  std::unique_ptr<Engine> engine;
+  std::unique_ptr<Recorder> recorder;
+  std::vector<std::unique_ptr<Source>> sources;
+  std::unique_ptr<LiveBackend> backend;
+  std::unique_ptr<web::WebServer> server;
+  std::vector<std::string> remarks;
+
+  std::optional<Error> open_rings() {
+    for (const auto& axis : installation.axes) {
+      RingSettings settings;
+      settings.axis = axis.spec.name;
+      settings.channels = ring_channels(axis.columns);
+      settings.sample_rate_hz = axis.spec.sample_rate_hz;
+      settings.capacity = std::max<std::uint64_t>(
+          1024, static_cast<std::uint64_t>(std::ceil(axis.ring_s * axis.spec.sample_rate_hz)));
+      auto ring = Ring::open(installation.data / "rings" / (axis.spec.name + ".ring"), settings);
+      if (!ring) return std::move(ring.error());
+      rings.push_back(std::move(*ring));
+      intakes.push_back(std::make_unique<Intake>(*rings.back(), axis.columns));
+      source_axes[axis.source].add(axis.channel.empty() ? axis.spec.name : axis.channel,
+                                   intakes.back().get());
+    }
+    return std::nullopt;
+  }
+
+  /// The axis as a former process left it, else anew.
+  expected<Engine::Axis, Error> restored(Reader& reader, std::size_t i) {
+    const auto& axis = installation.axes[i];
+    auto stored = reader.snapshot(axis.spec.name);
+    if (!stored) return tl::unexpected(store_error(stored.error()));
+    if (*stored) {
+      const auto& s = (*stored)->snapshot;
+      auto monitor = monitoring::AxisMonitor::restore(axis.spec, s.bytes);
+      if (!monitor)
+        remarks.push_back(fmt::format("axis {} begins anew: its snapshot {}", axis.spec.name,
+                                      monitor.error().requirement.view()));
+      else if (s.configuration_hash != hashes[i])
+        remarks.push_back(fmt::format("axis {} begins anew: its configuration has changed", axis.spec.name));
+      else {
+        auto actions = reader.actions(axis.spec.name, monitor->next_sample(), kMostReplayedActions);
+        if (!actions) return tl::unexpected(store_error(actions.error()));
+        return Engine::Axis{std::move(*monitor), rings[i].get(), told_of(*actions)};
+      }
+    }
+    auto monitor = monitoring::AxisMonitor::create(axis.spec);
+    if (!monitor) {
+      Error e = std::move(monitor.error());
+      e.where = "axis " + axis.spec.name;
+      return tl::unexpected(std::move(e));
+    }
+    return Engine::Axis{std::move(*monitor), rings[i].get(), {}};
+  }
+
+  std::optional<Error> open() {
+    std::error_code code;
+    for (const char* folder : {"rings", "evidence"}) {
+      std::filesystem::create_directories(installation.data / folder, code);
+      if (code)
+        return Error{"data", fmt::format("the folder '{}' cannot be made: {}",
+                                         (installation.data / folder).string(), code.message())};
+    }
+    StoreOptions options;
+    options.program_version = installation.version;
+    options.retention = installation.retention;
+    options.move_damaged_aside = installation.move_damaged_aside;
+    const std::string file = (installation.data / "monitor.sqlite").string();
+    auto store = Store::open(file, options);
+    if (!store) return store_error(store.error());
+    if (auto fault = open_rings()) return fault;
+    auto reader = Reader::open(file);
+    if (!reader) return store_error(reader.error());
+    std::vector<Engine::Axis> axes;
+    for (std::size_t i = 0; i < installation.axes.size(); ++i) {
+      hashes.push_back(configuration_hash(installation.axes[i].configuration));
+      auto axis = restored(*reader, i);
+      if (!axis) return std::move(axis.error());
+      axes.push_back(std::move(*axis));
+    }
+    engine = std::make_unique<Engine>(std::move(axes), installation.engine);
+    auto known = reader->alarms(AlarmFilter::open, std::nullopt, kMostKnownAlarms);
+    if (!known) return store_error(known.error());
+    std::vector<Recorder::Axis> recorded;
+    std::vector<LiveBackend::Axis> live;
+    for (std::size_t i = 0; i < rings.size(); ++i) {
+      recorded.push_back({&installation.axes[i], rings[i].get(), hashes[i]});
+      live.push_back({&installation.axes[i], rings[i].get(), intakes[i].get(), hashes[i]});
+    }
+    recorder = std::make_unique<Recorder>(std::move(*store), *engine, std::move(recorded), installation,
+                                          *known, [this](const AlarmRecord& r) {
+                                            if (server) server->alarm(alarm_of(r));
+                                          });
+    std::vector<LiveBackend::RunningSource> running;
+    for (const auto& source : installation.sources) {
+      auto made = source.make(source_axes[source.name]);
+      if (!made) {
+        Error e = std::move(made.error());
+        e.where = "source " + source.name;
+        return e;
+      }
+      sources.push_back(std::move(*made));
+      running.push_back({&source, sources.back().get()});
+    }
+    backend = std::make_unique<LiveBackend>(installation, *engine, *recorder, std::move(*reader),
+                                            std::move(live), std::move(running));
+    auto web = web::WebServer::start(*backend, installation.web);
+    if (!web) return std::move(web.error());
+    server = std::move(*web);
+    recorder->start();
+    engine->start();
+    for (auto& source : sources) source->start();
+    return std::nullopt;
+  }
+
+  void stop() {
+    for (auto& source : sources) source->stop();
+    if (engine) engine->stop();
+    if (recorder) recorder->stop();
+    if (server) server->stop();
+  }
+};
+
+Service::Service(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+Service::~Service() { stop(); }
+
+expected<std::unique_ptr<Service>, Error> Service::start(Installation installation) {
+  auto parts = std::make_unique<Parts>();
+  parts->installation = std::move(installation);
+  std::unique_ptr<Service> service(new Service(std::move(parts)));
+  if (auto fault = service->parts_->open()) return tl::unexpected(std::move(*fault));
+  return service;
+}
+
+void Service::stop() { parts_->stop(); }
+std::string Service::url() const { return parts_->server->url(); }
+const web::Backend& Service::backend() const { return *parts_->backend; }
+web::Backend& Service::backend() { return *parts_->backend; }
+const std::vector<std::string>& Service::remarks() const { return parts_->remarks; }
+
+}  // namespace resonid::monitor

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <memory>
+#include <resonid/base/expected.hpp>
+#include <string>
+
+#include "monitor/service/installation.hpp"
+#include "monitor/web/backend.hpp"
+
+namespace resonid::monitor {
+
+/// The whole monitor of an installation: rings, sources, engine, store and web server.
+class Service {
+ public:
+  /// Opens the data folder, goes on from where a former process was ended at whatever instant, and starts
+  /// everything. Refused: what cannot work (a folder that takes no files, a damaged database, a port in use,
+  /// an axis' specification). `installation` is kept.
+  [[nodiscard]] static expected<std::unique_ptr<Service>, Error> start(Installation installation);
+  ~Service();  ///< stop()
+  Service(const Service&) = delete;
+  Service& operator=(const Service&) = delete;
+
+  /// Sources first, then what is in the rings, then the store.
+  void stop();
+  [[nodiscard]] std::string url() const;
+  [[nodiscard]] const web::Backend& backend() const;
+  [[nodiscard]] web::Backend& backend();
+  /// What is to be told at the start: axes that begin anew, and why.
+  [[nodiscard]] const std::vector<std::string>& remarks() const;
+
+ private:
+  struct Parts;
+  explicit Service(std::unique_ptr<Parts> parts);
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace resonid::monitor

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: MIT
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstring>
+#include <monitor/service/service.hpp>
+#include <monitor/store/reader.hpp>
+#include <random>
+#include <resonid/base/error_text.hpp>
+
+#include "drive.hpp"
+
+namespace resonid::monitor {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+
+class Folder {
+ public:
+  Folder() {
+    std::string name = (fs::temp_directory_path() / "resonid-service-XXXXXX").string();
+    path_ = mkdtemp(name.data());
+  }
+  ~Folder() { fs::remove_all(path_); }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  [[nodiscard]] const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+/// Starts the child and waits until it runs (or has ended).
+pid_t start_child(const fs::path& folder, const char* speed, double* seconds = nullptr) {
+  int ends[2];
+  EXPECT_EQ(pipe(ends), 0);
+  const auto begin = std::chrono::steady_clock::now();
+  const pid_t child = fork();
+  if (child == 0) {
+    dup2(ends[1], 1);
+    close(ends[0]);
+    close(ends[1]);
+    execl(RESONID_MONITOR_CHILD, RESONID_MONITOR_CHILD, folder.c_str(), speed, static_cast<char*>(nullptr));
+    _exit(127);
+  }
+  close(ends[1]);
+  char byte = 0;
+  EXPECT_EQ(read(ends[0], &byte, 1), 1);
+  if (seconds != nullptr)
+    *seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  close(ends[0]);
+  return child;
+}
+
+struct Stored {
+  std::vector<std::vector<RowRecord>> rows;  // [axis]
+  std::vector<std::vector<EventRecord>> events;
+};
+Stored stored(const fs::path& folder) {
+  Stored all;
+  auto reader = Reader::open((folder / "monitor.sqlite").string()).value();
+  for (const char* axis : {"axis0", "axis1", "axis2"}) {
+    all.rows.push_back(reader.rows(axis, 0, std::numeric_limits<std::int64_t>::max(), 1'000'000).value());
+    all.events.emplace_back();
+    const auto alarms = reader.alarms(AlarmFilter::all, std::string(axis), 10'000).value();
+    for (const auto& alarm : alarms) {
+      const auto events = reader.events(alarm.id, 10'000).value();
+      all.events.back().insert(all.events.back().end(), events.begin(), events.end());
+    }
+  }
+  return all;
+}
+
+void expect_same(const Stored& a, const Stored& b) {
+  for (std::size_t axis = 0; axis < a.rows.size(); ++axis) {
+    ASSERT_EQ(a.rows[axis].size(), b.rows[axis].size()) << axis;
+    for (std::size_t i = 0; i < a.rows[axis].size(); ++i) {
+      const auto &x = a.rows[axis][i], &y = b.rows[axis][i];
+      ASSERT_EQ(x.row.sample, y.row.sample);
+      ASSERT_EQ(x.time_ns, y.time_ns);
+      ASSERT_EQ(std::memcmp(x.row.figures.data(), y.row.figures.data(), sizeof x.row.figures), 0)
+          << axis << ' ' << x.row.sample;
+      ASSERT_EQ(x.row.trusted, y.row.trusted);
+    }
+    ASSERT_EQ(a.events[axis].size(), b.events[axis].size()) << axis;
+    for (std::size_t i = 0; i < a.events[axis].size(); ++i) {
+      EXPECT_EQ(a.events[axis][i].sample, b.events[axis][i].sample);
+      EXPECT_EQ(a.events[axis][i].alarm, b.events[axis][i].alarm);
+      EXPECT_EQ(a.events[axis][i].transition, b.events[axis][i].transition);
+      EXPECT_EQ(a.events[axis][i].text, b.events[axis][i].text);
+    }
+  }
+}
+
+TEST(Service, LosesNothingToKillsAtAnyInstant) {
+  const Folder undisturbed, killed;
+  int status = 0;
+  waitpid(start_child(undisturbed.path(), "100"), &status, 0);
+  ASSERT_EQ(status, 0);
+  const Stored truth = stored(undisturbed.path());
+  ASSERT_GT(truth.rows[0].size(), 90U);
+  ASSERT_FALSE(truth.events[0].empty());
+
+  const char* more = std::getenv("RESONID_KILLS");
+  const int kills = more != nullptr ? std::atoi(more) : 12;
+  std::mt19937_64 generator(7);
+  int done = 0;
+  double slowest = 0.0;
+  while (true) {
+    double seconds = 0.0;
+    const pid_t child = start_child(killed.path(), "20", &seconds);
+    slowest = std::max(slowest, seconds);
+    if (done < kills) {
+      std::this_thread::sleep_for(
+          std::chrono::milliseconds(generator() % (6000 / static_cast<unsigned>(kills))));
+      kill(child, SIGKILL);
+      ++done;
+    }
+    waitpid(child, &status, 0);
+    if (WIFEXITED(status)) break;
+  }
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+  EXPECT_GT(done, kills / 2);
+  RecordProperty("kills", done);
+  RecordProperty("slowest_start_ms", static_cast<int>(1e3 * slowest));
+  expect_same(truth, stored(killed.path()));
+}
+
+TEST(Service, AnswersWhileItRunsAndTakesActions) {
+  const Folder folder;
+  const std::vector<std::vector<double>> values{drive_samples(110.0, 75.0, 1)};
+  auto service = Service::start(installation(folder.path(), values, 0.0));
+  ASSERT_TRUE(service) << message_of(service.error());
+  auto& backend = (*service)->backend();
+  for (int i = 0; i < 500 && backend.alarms({web::AlarmFilter::active, "", 10}).empty(); ++i)
+    std::this_thread::sleep_for(20ms);
+  const auto alarms = backend.alarms({web::AlarmFilter::active, "", 10});
+  ASSERT_FALSE(alarms.empty());
+  EXPECT_EQ(alarms.back().axis, "axis0");
+  EXPECT_FALSE(alarms.back().text.empty());
+  web::Action action;
+  action.kind = web::ActionKind::acknowledge;
+  action.alarm = alarms.back().id;
+  action.who = "tester";
+  action.reason = "seen";
+  ASSERT_TRUE(backend.act(action));
+  for (int i = 0; i < 200 && backend.audit(10).empty(); ++i) std::this_thread::sleep_for(20ms);
+  ASSERT_FALSE(backend.audit(10).empty());
+  EXPECT_EQ(backend.audit(10).front().who, "tester");
+  const auto response = backend.response("axis0");
+  ASSERT_TRUE(response);
+  EXPECT_EQ(response->plant.frequency_hz.size(), response->plant.std.size());
+  EXPECT_FALSE(backend.axis("nobody"));
+  std::this_thread::sleep_for(300ms);
+  const auto evidence = backend.evidence(alarms.back().id);
+  if (evidence) {
+    EXPECT_NE(evidence->find("ru,u,y"), std::string::npos);
+  }
+  (*service)->stop();
+  EXPECT_TRUE(backend.evidence(alarms.back().id));
+  EXPECT_TRUE(backend.report(alarms.back().id));
+}
+
+}  // namespace
+}  // namespace resonid::monitor
