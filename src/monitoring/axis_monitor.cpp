@@ -80,6 +80,8 @@ AxisMonitor::AxisMonitor(AxisSpec spec, AxisAlarmRules rules)
   options_.long_term = true;
   options_.every = std::max<std::size_t>(
       1, static_cast<std::size_t>(std::llround(spec_.row_every_s * spec_.sample_rate_hz)));
+  if (options_.common.controller)
+    options_.common.controller = options_.common.controller->sampled(1.0 / spec_.sample_rate_hz);
   parameter_.fill(online::kAxisParameters);
   rest_samples_ = samples_in(kFirstRest_s, spec_.sample_rate_hz);
   begin_gathering();

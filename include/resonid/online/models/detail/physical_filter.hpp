@@ -316,11 +316,14 @@ class PhysicalFilter {
       propagate<kN>(extra_torque_variance);
   }
 
+  /// Friction is forgotten kFrictionMemories times as slowly: a motion that goes on says little of it, and
+  /// all margins hang on it.
   void forget(Real part) noexcept {
-    const auto forgets = [](std::size_t i) { return i != kTorqueOffset && i != kStiffnessRate; };
-    for (std::size_t i = kX; i < kN; ++i)
-      for (std::size_t j = kX; j < kN; ++j)
-        if (forgets(i) && forgets(j)) p_[i][j] += part * p_[i][j];
+    constexpr Real kFrictionMemories = Real(30);
+    for (std::size_t i = kX; i < kX + kLogs; ++i)
+      for (std::size_t j = kX; j < kX + kLogs; ++j) p_[i][j] += part * p_[i][j];
+    for (const std::size_t i : {kViscousFriction, kCoulombFriction})
+      p_[i][i] += part / kFrictionMemories * p_[i][i];
   }
 
   void drift(Real adaptive_noise) noexcept {
