@@ -56,6 +56,13 @@ Json figures(const std::array<online::Figure, monitoring::kWatched>& all) {
   return json;
 }
 
+/// To seven digits, which halve a frame and are more than anybody sees in it.
+double rounded(double value) {
+  if (!std::isfinite(value) || value == 0.0) return value;
+  const double scale = std::pow(10.0, 6.0 - std::floor(std::log10(std::abs(value))));
+  return std::isfinite(scale) && scale != 0.0 ? std::round(value * scale) / scale : value;
+}
+
 /// What a list and a frame say of an axis; the frame goes out often, and leaves out what hardly changes.
 Json status(const AxisStatus& axis, bool full) {
   Json json;
@@ -77,10 +84,10 @@ Json status(const AxisStatus& axis, bool full) {
   for (const auto& [watched, key] : kKeys) {
     const auto& f = axis.figures[static_cast<std::size_t>(watched)];
     if (!std::isfinite(f.now.value) && !(full && std::isfinite(f.baseline))) continue;
-    auto& to = all[key] = figure(f.now);
+    auto& to = all[key] = full ? figure(f.now) : figure({rounded(f.now.value), rounded(f.now.std)});
     if (full) put(to, "baseline", f.baseline);
-    put(to, "change", f.change);
-    put(to, "change_std", f.change_std);
+    put(to, "change", full ? f.change : rounded(f.change));
+    put(to, "change_std", full ? f.change_std : rounded(f.change_std));
     if (full) put(to, "limit", f.limit);
   }
   if (!full) return json;

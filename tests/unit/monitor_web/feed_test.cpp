@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "fake_backend.hpp"
 #include "openapi.hpp"
 
@@ -43,6 +45,21 @@ TEST_F(WebFeed, AFrameHasWhatChanged) {
   EXPECT_EQ(frame.at("axes").at("x").at("figures").at("resonance_hz").at("value"), 2.0);
   EXPECT_EQ(frame.at("time_s"), test::kTime);
   EXPECT_EQ(events[0].text->find("id: b007-2\nevent: frame\ndata: {"), 0U);
+}
+
+TEST_F(WebFeed, FramesHaveSevenDigits) {
+  for (const double value : {1.0 / 3.0, -2e-12 / 3.0, 4e6 / 3.0, 5e-320, 1e300, 0.0}) {
+    auto axis = an_axis("x");
+    axis.figures[0].now.value = value;
+    backend.set({axis});
+    const auto frame = data_of(round().at(0));
+    const double sent_value = frame.at("axes").at("x").at("figures").at("resonance_hz").at("value");
+    EXPECT_NEAR(sent_value, value, 5e-7 * std::abs(value));
+    if (std::abs(value) > 1e-15 && std::abs(value) < 1e15) {
+      EXPECT_LE(frame.at("axes").at("x").at("figures").at("resonance_hz").at("value").dump().size(), 14U)
+          << value;
+    }
+  }
 }
 
 TEST_F(WebFeed, EveryAxisComesAgainUnlessItHasGone) {
