@@ -4,10 +4,11 @@
 #include <fmt/core.h>
 #include <toml++/toml.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <optional>
-#include <resonid/base/error.hpp>
+#include <resonid/base/expected.hpp>
 #include <resonid/io/detail/number_list.hpp>
 #include <resonid/io/detail/suggestion.hpp>
 #include <resonid/online/excitation/excitation.hpp>
@@ -16,17 +17,25 @@
 #include <type_traits>
 #include <vector>
 
+#include "io/named_tables.hpp"
 #include "io/text.hpp"
+#include "io/toml_text.hpp"
 
 namespace resonid::io {
 
-/// "file:line:column".
-inline std::string position(std::string_view file, const toml::source_region& region) {
-  return fmt::format("{}:{}:{}", file, region.begin.line, region.begin.column);
-}
+/// Notes the keys whose value is infinite.
+struct InfiniteKeys {
+  std::vector<std::string>& names;
+  template <class Field>
+  void operator()(std::string_view name, Field& field, std::string_view) const {
+    if constexpr (std::is_same_v<Field, double>)
+      if (std::isinf(field)) names.emplace_back(name);
+  }
+};
 
 /// Fills a described configuration from a TOML table. The first error is kept and ends the reading; keys that
-/// are absent leave the field as it is, except `kind`, which every table that has one must give.
+/// are absent leave the field as it is, except `kind`, which every table that has one must give. Numbers are
+/// finite, but for keys whose default is not: these may be `inf` and `-inf`.
 class TomlVisitor {
  public:
   /// `path` is the table's name in messages, empty for the whole file. All arguments must outlive the
@@ -44,6 +53,16 @@ class TomlVisitor {
       refuse_at(table_.source(), {}, fmt::format("[{}] has no key 'kind', required: {}", path_, doc));
   }
 
+  /// Reads the whole table, whose defaults are those of `Struct` as it is made.
+  template <class Struct>
+  void read_table(Struct& into) {
+    Struct made{};
+    describe(InfiniteKeys{infinite_}, made);
+    describe(*this, into);
+    finish();
+  }
+
+ private:
   /// To be called after describe(): refuses keys that no field has.
   void finish() {
     if (error_) return;
@@ -59,14 +78,21 @@ class TomlVisitor {
                           in_quotes(full(key)), selected_, suggestion(key, known_), listed(known_)));
   }
 
- private:
   template <class Field>
   void read(const toml::node& node, std::string_view name, Field& field, std::string_view doc) {
     if constexpr (std::is_same_v<Field, bool>) {
       if (!node.is_boolean()) return refuse(node, name, "true or false", doc);
       field = node.as_boolean()->get();
     } else if constexpr (std::is_same_v<Field, double>) {
-      if (!number(node, field)) refuse(node, name, "a number", doc);
+      const bool infinite = std::find(infinite_.begin(), infinite_.end(), name) != infinite_.end();
+      if (!number(node, field, infinite)) refuse(node, name, "a number", doc);
+    } else if constexpr (std::is_same_v<Field, std::optional<double>>) {
+      if (!number(node, field.emplace())) refuse(node, name, "a number", doc);
+    } else if constexpr (std::is_same_v<Field, std::string>) {
+      if (!node.is_string()) return refuse(node, name, "a text in quotes", doc);
+      field = node.as_string()->get();
+    } else if constexpr (std::is_same_v<Field, std::vector<std::string>>) {
+      read_texts(node, name, field, doc);
     } else if constexpr (std::is_same_v<Field, std::uint64_t>) {
       if (!node.is_integer() || node.as_integer()->get() < 0)
         return refuse(node, name, "a whole number >= 0", doc);
@@ -79,9 +105,32 @@ class TomlVisitor {
       read_lines(node, name, field, doc);
     } else {
       if (!node.is_table()) return refuse(node, name, "a table", doc);
-      TomlVisitor inner(*node.as_table(), file_, full(name), error_);
-      describe(inner, field);
-      inner.finish();
+      if constexpr (kIsNamedTables<Field>)
+        read_named(*node.as_table(), name, field, doc);
+      else
+        TomlVisitor(*node.as_table(), file_, full(name), error_).read_table(field);
+    }
+  }
+
+  template <class Table>
+  void read_named(const toml::table& tables, std::string_view kind, NamedTables<Table>& field,
+                  std::string_view doc) {
+    for (const auto& [key, node] : tables) {
+      const std::string name = std::string(kind) + "." + std::string(key.str());
+      if (!node.is_table()) return refuse(node, name, "a table", doc);
+      auto& table = field.tables.insert_or_assign(std::string(key.str()), field.standard).first->second;
+      TomlVisitor(*node.as_table(), file_, full(name), error_).read_table(table);
+      if (error_) return;
+    }
+  }
+
+  void read_texts(const toml::node& node, std::string_view name, std::vector<std::string>& field,
+                  std::string_view doc) {
+    if (!node.is_array()) return refuse(node, name, "a list of texts", doc);
+    field.clear();
+    for (const auto& element : *node.as_array()) {
+      if (!element.is_string()) return refuse(element, name, "a list of texts", doc);
+      field.push_back(element.as_string()->get());
     }
   }
 
@@ -113,9 +162,10 @@ class TomlVisitor {
     if (!field.assign(lines)) refuse(node, name, fmt::format("at most {} lines", online::kMaxLines), doc);
   }
 
-  static bool number(const toml::node& node, double& value) {
+  static bool number(const toml::node& node, double& value, bool infinite = false) {
     const auto found = node.value<double>();
-    if (!node.is_number() || !found || !std::isfinite(*found)) return false;
+    if (!node.is_number() || !found) return false;
+    if (infinite ? std::isnan(*found) : !std::isfinite(*found)) return false;
     value = *found;
     return true;
   }
@@ -153,7 +203,18 @@ class TomlVisitor {
   std::string path_;
   std::optional<Error>& error_;
   std::vector<std::string> known_;
+  std::vector<std::string> infinite_;
   std::string selected_;  // " with kind = 'pi'", what selects the keys of this table
 };
+
+/// The described configuration that a file holds.
+template <class Config>
+[[nodiscard]] expected<Config> read_described(const toml::table& file, std::string_view source) {
+  Config config{};
+  std::optional<Error> error;
+  TomlVisitor(file, source, "", error).read_table(config);
+  if (error) return unexpected(std::move(*error));
+  return config;
+}
 
 }  // namespace resonid::io
