@@ -80,6 +80,8 @@ double delay_of(const TrackOptions& options, const TrackPlan& plan) {
   return drive.known_delay_s + (drive.estimated[fit::kDelay] ? drive.delay_s : 0.0);
 }
 
+}  // namespace
+
 std::optional<Error> contradiction(const data::Record& record, const TrackOptions& options, TrackMethod m) {
   const auto name = name_of(m);
   if (options.forgetting != online::Forgetting::constant && !is_recursion(m))
@@ -106,8 +108,6 @@ std::optional<Error> contradiction(const data::Record& record, const TrackOption
     return Error{"controller", fmt::format("{} needs the controller: give .controller", name)};
   return std::nullopt;
 }
-
-}  // namespace
 
 namespace {
 

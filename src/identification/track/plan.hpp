@@ -43,6 +43,11 @@ struct TrackPlan {
   double delay_s = 0.0;  ///< In the measured output: the known one, and what the start model found beyond it.
 };
 
+/// Why a method cannot follow such a record with these options; of the record only quantity and excitation
+/// are looked at.
+[[nodiscard]] std::optional<Error> contradiction(const data::Record& record, const TrackOptions& options,
+                                                 TrackMethod method);
+
 /// Length of the first learning stretch; those that follow are each twice as long.
 [[nodiscard]] std::size_t first_stretch(const data::Record& head, const TrackOptions& options);
 
