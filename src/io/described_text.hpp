@@ -51,7 +51,7 @@ class DescribedKeys {
       add_texts(name, field);
     else if constexpr (kIsNamedTables<Field>)
       within(name, [&] {
-        for (auto& [own, table] : field.tables) within(own, [&] { describe(*this, table); });
+        for (auto& entry : field.tables) within(entry.first, [&] { describe(*this, entry.second); });
       });
     else
       within(name, [&] { describe(*this, field); });

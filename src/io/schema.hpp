@@ -79,6 +79,8 @@ std::string standard_of(const Field& field) {
     return field.empty() ? "empty" : fmt::format("`\"{}\"`", field);
   else if constexpr (std::is_same_v<Field, std::optional<double>>)
     return field ? fmt::format("{}", *field) : "empty";
+  else if constexpr (std::is_same_v<Field, std::vector<std::string>>)
+    return field.empty() ? "empty" : fmt::format("`\"{}\"`", fmt::join(field, "\"`, `\""));
   else
     return "empty";
 }
