@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "monitor/service/configuration.hpp"
+
+namespace resonid::monitor {
+
+/// One axis of axis_specs(): `interval_s` between false alarms of each of its detectors. What is assumed of
+/// units is added to `notes`. Errors name the key, "controller".
+[[nodiscard]] expected<monitoring::AxisSpec> axis_spec_of(const Configuration& configuration,
+                                                          const std::string& name, const AxisConfig& axis,
+                                                          double interval_s, std::vector<std::string>& notes);
+
+/// The library's words with the names of its options as keys: without the dot that it puts before them.
+[[nodiscard]] std::string library_keys(std::string text);
+
+}  // namespace resonid::monitor

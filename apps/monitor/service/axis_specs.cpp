@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <identification/track/plan.hpp>
+#include <monitoring/threshold.hpp>
+#include <resonid/base/error_text.hpp>
+#include <resonid/io/controller_file.hpp>
+#include <system_error>
+
+#include "cli/stored_result.hpp"
+#include "io/columns.hpp"
+#include "io/signal_units.hpp"
+#include "io/text.hpp"
+#include "monitor/service/axis_spec_of.hpp"
+
+namespace resonid::monitor {
+namespace {
+
+/// A column's unit as the reader of recordings finds it.
+std::string unit_in_name(const std::string& column) {
+  io::Table table;
+  table.names = {column};
+  return io::named_unit(table, 0).unit;
+}
+
+class SpecBuilder {
+ public:
+  SpecBuilder(const Configuration& configuration, const AxisConfig& axis, std::vector<std::string>& notes)
+      : c_(configuration), a_(axis), notes_(notes) {}
+
+  expected<monitoring::AxisSpec> build(const std::string& name, double interval_s) {
+    s_.name = name;
+    s_.sample_rate_hz = a_.sample_rate_hz;
+    s_.motion = a_.motion;
+    s_.output_quantity = a_.output_quantity;
+    s_.has_excitation = !a_.excitation.empty();
+    s_.has_position = !a_.position.empty();
+    s_.row_every_s = c_.monitor.row_every_s;
+    s_.baseline_s = a_.baseline_s;
+    s_.false_alarm_interval_s = interval_s;
+    s_.alarms = a_.alarms;
+    set_units();
+    set_options();
+    set_controller();
+    set_start();
+    set_baseline();
+    check_method();
+    if (fault_) return unexpected(std::move(*fault_));
+    return std::move(s_);
+  }
+
+ private:
+  void refuse_key(const char* key, std::string requirement) {
+    if (!fault_) fault_ = Error{key, std::move(requirement)};
+  }
+
+  void set_units() {
+    if (!a_.output_unit.empty() || std::abs(a_.output_scale) == 1.0) check_quantity();
+    io::ColumnMapping mapping;
+    mapping.torque_constant = a_.torque_constant;
+    mapping.rated_torque = a_.rated_torque;
+    mapping.counts_per_rev = a_.counts_per_rev;
+    io::UnitConverter converter(mapping, a_.motion, notes_);
+    const auto given = [](const std::string& unit) {
+      return unit.empty() ? std::nullopt : std::optional<std::string>(unit);
+    };
+    const auto first_note = notes_.size();
+    const std::string input_si = io::input_si_unit(a_.motion);
+    const auto u =
+        converter.convert({a_.input, unit_in_name(a_.input), given(a_.input_unit), a_.input_scale, input_si});
+    const std::string output_si = io::output_si_unit(a_.motion, a_.output_quantity);
+    const auto y = converter.convert({a_.output, unit_in_name(a_.output), given(a_.output_unit),
+                                      a_.output_scale, output_si, std::string(name_of(a_.output_quantity))});
+    if (const std::string unit = unit_in_name(a_.excitation); !unit.empty()) {
+      const auto ru = converter.convert({a_.excitation, unit, {}, a_.input_scale, input_si});
+      if (ru.factor != u.factor || ru.unit != u.unit)
+        refuse_key("excitation",
+                   fmt::format("{} is in {}: it must be in the unit of the input, which has the same "
+                               "scale",
+                               io::in_quotes(a_.excitation), unit));
+    }
+    s_.input_scale = u.factor;
+    s_.input_unit = u.unit == input_si ? "" : u.unit;
+    s_.output_scale = y.factor;
+    s_.output_unit = y.unit == output_si ? "" : y.unit;
+    s_.position_scale = a_.position_scale;
+    if (!a_.position.empty()) {
+      const std::string si = io::output_si_unit(a_.motion, data::OutputQuantity::position);
+      const std::string unit = unit_in_name(a_.position);
+      if (!unit.empty())
+        s_.position_scale = converter.convert({a_.position, unit, {}, a_.position_scale, si}).factor;
+    }
+    for (auto note = first_note; note < notes_.size(); ++note) notes_[note] = library_keys(notes_[note]);
+  }
+
+  void check_quantity() {
+    const std::string unit = a_.output_unit.empty() ? unit_in_name(a_.output) : a_.output_unit;
+    const auto known = io::known_unit(unit);
+    if (!known) return;
+    const auto quantity = io::quantity_of(known->dimension);
+    if (!quantity || *quantity != a_.output_quantity)
+      refuse_key("output_quantity", fmt::format("is {}, and the output {} is in {}",
+                                                name_of(a_.output_quantity), io::in_quotes(a_.output), unit));
+  }
+
+  void set_options() {
+    auto& o = s_.track.common;
+    o.excitation_type = a_.excitation_type;
+    if (a_.chirp.size() == 3) o.chirp = online::SweepLaw{a_.chirp[0], a_.chirp[1], a_.chirp[2]};
+    const auto lines = a_.lines_hz.hz();
+    o.lines_hz.assign(lines.begin(), lines.end());
+    o.period_samples = a_.period_samples;
+    if (a_.band_hz.size() == 2) o.band_hz = {a_.band_hz[0], a_.band_hz[1]};
+    o.delay_s = a_.delay_s;
+    o.friction = a_.friction;
+    s_.track.method = a_.method;
+    s_.track.memory_s = a_.memory_s;
+    s_.track.drift_per_s = a_.drift_per_s;
+  }
+
+  /// The path of a file that is there.
+  std::optional<std::string> file(const char* key, const std::string& name) {
+    std::error_code code;
+    const auto path = c_.file(name).string();
+    if (std::filesystem::is_regular_file(path, code)) return path;
+    refuse_key(key,
+               fmt::format("found {}, required a file: there is none of that name", io::in_quotes(path)));
+    return std::nullopt;
+  }
+
+  void set_controller() {
+    if (a_.controller.empty()) return;
+    std::string text = a_.controller;
+    if (!text.starts_with("pi:") && !text.starts_with('{')) {
+      const auto path = file("controller", text);
+      if (!path) return;
+      text = *path;
+    }
+    auto read = io::read_controller(text, 1.0 / a_.sample_rate_hz);
+    if (!read) return refuse_key("controller", message_of(read.error()));
+    s_.track.common.controller = data::Controller(static_cast<data::TransferFunction&>(*read));
+  }
+
+  std::optional<identification::Result> result(const char* key, const std::string& name) {
+    const auto path = file(key, name);
+    if (!path) return std::nullopt;
+    auto read = cli::stored_result(*path);
+    if (read) return std::move(*read);
+    refuse_key(key, message_of(read.error()));
+    return std::nullopt;
+  }
+
+  void set_start() {
+    if (a_.start.empty()) return;
+    const auto found = result("start", a_.start);
+    if (!found) return;
+    if (!found->model) return refuse_key("start", io::in_quotes(a_.start) + " holds no model");
+    s_.track.start = found->model->drive;
+    s_.track.start_units = found->units;
+  }
+
+  void set_baseline() {
+    if (!a_.baseline.empty()) s_.track.baseline = result("baseline", a_.baseline);
+  }
+
+  void check_method() {
+    if (fault_ || a_.method == identification::TrackMethod::automatic) return;
+    data::Record record;
+    record.output_quantity = a_.output_quantity;
+    if (s_.has_excitation) record.excitation.samples = {0.0};
+    if (const auto fault = identification::detail::contradiction(record, s_.track, a_.method))
+      fault_ = Error{fault->field, library_keys(fault->requirement.str())};
+  }
+
+  const Configuration& c_;
+  const AxisConfig& a_;
+  std::vector<std::string>& notes_;
+  monitoring::AxisSpec s_;
+  std::optional<Error> fault_;
+};
+
+}  // namespace
+
+std::string library_keys(std::string text) {
+  for (std::size_t i = 0; i + 2 < text.size(); ++i)
+    if (text[i] == ' ' && text[i + 1] == '.' && text[i + 2] >= 'a' && text[i + 2] <= 'z')
+      text.erase(i + 1, 1);
+  return text;
+}
+
+expected<monitoring::AxisSpec> axis_spec_of(const Configuration& configuration, const std::string& name,
+                                            const AxisConfig& axis, double interval_s,
+                                            std::vector<std::string>& notes) {
+  return SpecBuilder(configuration, axis, notes).build(name, interval_s);
+}
+
+std::size_t detectors_of(const AxisConfig& axis) {
+  const auto& figures = axis.alarms.figures;
+  return static_cast<std::size_t>(std::count_if(figures.begin(), figures.end(), [](const auto& figure) {
+    return figure.alarm.enabled && figure.changes;
+  }));
+}
+
+expected<std::vector<monitoring::AxisSpec>> axis_specs(const Configuration& configuration) {
+  std::size_t detectors = 0;
+  for (const auto& [name, axis] : configuration.axes.tables) detectors += detectors_of(axis);
+  const auto interval_s = monitoring::detector_interval_s(configuration.monitor.false_alarm_interval_s,
+                                                          std::max<std::size_t>(detectors, 1));
+  if (!interval_s) return unexpected(interval_s.error());
+  std::vector<monitoring::AxisSpec> specs;
+  std::vector<std::string> notes;
+  for (const auto& [name, axis] : configuration.axes.tables) {
+    auto spec = axis_spec_of(configuration, name, axis, *interval_s, notes);
+    if (!spec) {
+      Error fault = spec.error();
+      fault.field = "axis." + name + "." + fault.field.str();
+      return unexpected(std::move(fault));
+    }
+    specs.push_back(std::move(*spec));
+  }
+  return specs;
+}
+
+}  // namespace resonid::monitor

@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: MIT
+#include "monitor/service/configuration.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <resonid/io/detail/number_list.hpp>
+#include <resonid/io/experiment.hpp>
+#include <utility>
+
+#include "io/text.hpp"
+#include "io/toml_text.hpp"
+#include "io/toml_visitor.hpp"
+
+namespace resonid::monitor {
+namespace {
+
+/// One table's keys in their order; the first fault counts.
+class TableCheck {
+ public:
+  TableCheck& range(const char* key, double value, double least, double most) {
+    if (!(value >= least && value <= most))
+      note(key, fmt::format("must be {:g} ... {:g}", least, most), value);
+    return *this;
+  }
+  TableCheck& range(const char* key, std::uint64_t value, std::uint64_t least, std::uint64_t most) {
+    if (value < least || value > most)
+      note(key, fmt::format("must be {} ... {}", least, most), static_cast<double>(value));
+    return *this;
+  }
+  TableCheck& positive(const char* key, const std::optional<double>& value) {
+    if (value && !(*value > 0.0)) note(key, "must be > 0", *value);
+    return *this;
+  }
+  TableCheck& not_zero(const char* key, double value) {
+    if (value == 0.0) note(key, "must not be 0", value);
+    return *this;
+  }
+  /// For ever, or as long.
+  TableCheck& age(const char* key, double value) {
+    if (value != 0.0 && !(value >= 60.0 && std::isfinite(value))) note(key, "must be 0 or >= 60", value);
+    return *this;
+  }
+  TableCheck& given(const char* key, const std::string& text) {
+    return require(key, !text.empty(), "must be given");
+  }
+  TableCheck& require(const char* key, bool fine, const std::string& requirement) {
+    if (!fine) note(key, requirement);
+    return *this;
+  }
+  TableCheck& endpoint(const char* key, const std::string& text, std::uint16_t least_port = 1) {
+    if (const auto fine = monitor::endpoint(text, least_port); !fine)
+      note(key, fine.error().requirement.str());
+    return *this;
+  }
+  TableCheck& pair(const char* first, bool has_first, const char* second, bool has_second) {
+    if (has_first && !has_second) note(first, fmt::format("must be given together with {}", second));
+    if (has_second && !has_first) note(second, fmt::format("must be given together with {}", first));
+    return *this;
+  }
+  TableCheck& connection(const Connection& c) {
+    endpoint("address", c.address);
+    require("ca_file", c.ca_file.empty() || c.tls, "needs tls = true");
+    require("certificate_file", c.certificate_file.empty() || c.tls, "needs tls = true");
+    return pair("certificate_file", !c.certificate_file.empty(), "key_file", !c.key_file.empty());
+  }
+
+  [[nodiscard]] expected<void, Error> result() {
+    if (fault_) return unexpected<Error>(std::move(*fault_));
+    return {};
+  }
+
+ private:
+  void note(const char* key, std::string requirement, double value = std::nan("")) {
+    if (!fault_) fault_ = Error{key, std::move(requirement), value};
+  }
+  std::optional<Error> fault_;
+};
+
+bool ascends(std::span<const double> values) {
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (!(values[i] > (i == 0 ? 0.0 : values[i - 1]))) return false;
+  return true;
+}
+
+constexpr std::uint64_t kMostQos = 2;
+
+/// A topic's levels: wildcards stand for whole levels, # for the last ones.
+bool is_topic_filter(std::string_view topic) {
+  for (std::size_t i = 0; i < topic.size(); ++i) {
+    if (topic[i] != '+' && topic[i] != '#') continue;
+    const bool begins = i == 0 || topic[i - 1] == '/';
+    const bool ends = i + 1 == topic.size() || (topic[i] == '+' && topic[i + 1] == '/');
+    if (!begins || !ends) return false;
+  }
+  return topic.find('\0') == topic.npos;
+}
+
+}  // namespace
+
+expected<Endpoint, Error> endpoint(std::string_view text, std::uint16_t least_port) {
+  const auto refused = [&] {
+    return refuse("", fmt::format("found {}, required HOST:PORT with a port {} ... 65535, an IPv6 address as "
+                                  "[::1]:PORT",
+                                  io::in_quotes(text), least_port));
+  };
+  const auto colon = text.rfind(':');
+  if (colon == text.npos) return refused();
+  std::string_view host = text.substr(0, colon);
+  const auto port = io::parse_number(text.substr(colon + 1));
+  const bool bracketed = host.starts_with('[') && host.ends_with(']');
+  if (bracketed) host = host.substr(1, host.size() - 2);
+  const bool named = !host.empty() && host.find_first_of(" \t/@[]") == host.npos &&
+                     (bracketed || host.find(':') == host.npos);
+  if (!named || !port || *port != std::floor(*port) || *port < least_port || *port > 65535.0)
+    return refused();
+  return Endpoint{std::string(host), static_cast<std::uint16_t>(*port)};
+}
+
+bool Endpoint::is_loopback() const {
+  return host == "localhost" || host == "::1" || host.starts_with("127.");
+}
+
+expected<void, Error> check(const MonitorConfig& c) {
+  return TableCheck()
+      .given("data", c.data)
+      .endpoint("listen", c.listen, 0)
+      .pair("certificate_file", !c.certificate_file.empty(), "key_file", !c.key_file.empty())
+      .range("false_alarm_interval_s", c.false_alarm_interval_s, 60.0, 1e12)
+      .range("row_every_s", c.row_every_s, 0.001, 60.0)
+      .range("workers", c.workers, 0, 1024)
+      .result();
+}
+
+expected<void, Error> check(const RetentionConfig& c) {
+  return TableCheck()
+      .age("rows_s", c.rows_s)
+      .age("hours_s", c.hours_s)
+      .age("days_s", c.days_s)
+      .age("evidence_s", c.evidence_s)
+      .range("size_bytes", c.size_bytes, 10'000'000, 1'000'000'000'000'000)
+      .result();
+}
+
+expected<void, Error> check(const MqttPublishConfig& c) {
+  if (c.topic.empty() && c.connection.address.empty()) return {};
+  return TableCheck()
+      .pair("topic", !c.topic.empty(), "address", !c.connection.address.empty())
+      .require("topic", c.topic.find_first_of("+#") == c.topic.npos, "must not hold the wildcards + and #")
+      .range("qos", c.qos, 0, kMostQos)
+      .connection(c.connection)
+      .result();
+}
+
+expected<void, Error> check(const NatsPublishConfig& c) {
+  if (c.subject.empty() && c.connection.address.empty()) return {};
+  return TableCheck()
+      .pair("subject", !c.subject.empty(), "address", !c.connection.address.empty())
+      .require("subject", c.subject.find_first_of("*> \t") == c.subject.npos,
+               "must hold neither blanks nor the wildcards * and >")
+      .connection(c.connection)
+      .result();
+}
+
+expected<void, Error> check(const PublishConfig& c) {
+  const std::string_view url = c.webhook_url;
+  const bool http = url.starts_with("http://") || url.starts_with("https://");
+  const auto authority = url.substr(0, url.find('/', url.find("//") == url.npos ? 0 : url.find("//") + 2));
+  return TableCheck()
+      .require("webhook_url", url.empty() || http, "must begin with http:// or https://")
+      .require("webhook_url", authority.find('@') == authority.npos,
+               "must hold neither user nor password: webhook_token_file is for secrets")
+      .require("webhook_token_file", c.webhook_token_file.empty() || !url.empty(),
+               "must be given together with webhook_url")
+      .result();
+}
+
+expected<void, Error> check(const SourceConfig& c) {
+  TableCheck t;
+  switch (c.kind) {
+    case SourceKind::standard_input:
+      break;
+    case SourceKind::file:
+      t.given("path", c.path);
+      break;
+    case SourceKind::tcp:
+      t.given("address", c.connection.address)
+          .endpoint("address", c.connection.address)
+          .range("connections", c.connections, 1, 10'000);
+      break;
+    case SourceKind::udp:
+      t.given("address", c.connection.address)
+          .endpoint("address", c.connection.address)
+          .range("receive_buffer_bytes", c.receive_buffer_bytes, 10'000, 1'000'000'000);
+      break;
+    case SourceKind::mqtt:
+      t.given("address", c.connection.address)
+          .given("topic", c.topic)
+          .connection(c.connection)
+          .require("topic", is_topic_filter(c.topic), "must have + as a whole level and # as the last one")
+          .range("qos", c.qos, 0, kMostQos);
+      break;
+    case SourceKind::nats:
+      t.given("address", c.connection.address)
+          .given("subject", c.subject)
+          .connection(c.connection)
+          .require("subject", c.subject.find_first_of(" \t") == c.subject.npos, "must hold no blanks")
+          .require("durable", c.durable.empty() || !c.stream.empty(), "needs a stream")
+          .require("durable", c.durable.find_first_of(".*> \t") == c.durable.npos,
+                   "must hold no dots, blanks or wildcards")
+          .range("pending_messages", c.pending_messages, 1, 100'000'000)
+          .range("pending_bytes", c.pending_bytes, 1'000'000, 100'000'000'000);
+      break;
+    case SourceKind::hal:
+      t.require("columns", !c.columns.empty(), "must be given").range("hal_channel", c.hal_channel, 0, 7);
+      break;
+    case SourceKind::demo:
+      t.require("experiments", !c.experiments.empty(), "must name one at least")
+          .range("speed", c.speed, 0.01, 1e4);
+      break;
+  }
+  return t.result();
+}
+
+expected<void, Error> check(const AxisConfig& c) {
+  constexpr double kMostRate = 1e6, kLeastRate = 1e-3, kMostDelaySamples = 64.0, kMost = 1e12;
+  const auto& chirp = c.chirp;
+  const auto& band = c.band_hz;
+  const double nyquist_hz = 0.5 * c.sample_rate_hz;
+  const bool sound_chirp = chirp.empty() || (chirp.size() == 3 && chirp[0] > 0.0 && chirp[0] < nyquist_hz &&
+                                             chirp[1] > 0.0 && chirp[1] < nyquist_hz && chirp[2] > 0.0);
+  const bool sound_band = band.empty() || (band.size() == 2 && ascends(band) && band[1] <= nyquist_hz);
+  const auto lines = c.lines_hz.hz();
+  return TableCheck()
+      .given("source", c.source)
+      .range("sample_rate_hz", c.sample_rate_hz, kLeastRate, kMostRate)
+      .given("input", c.input)
+      .given("output", c.output)
+      .not_zero("input_scale", c.input_scale)
+      .not_zero("output_scale", c.output_scale)
+      .not_zero("position_scale", c.position_scale)
+      .not_zero("torque_constant", c.torque_constant.value_or(1.0))
+      .positive("rated_torque", c.rated_torque)
+      .positive("counts_per_rev", c.counts_per_rev)
+      .range("delay_s", c.delay_s, 0.0, kMostDelaySamples / c.sample_rate_hz)
+      .require("chirp", sound_chirp,
+               "must be [FROM, TO, DURATION], frequencies > 0 and below half the sample rate, a duration > 0")
+      .require("lines_hz", ascends(lines) && (lines.empty() || lines.back() < nyquist_hz),
+               "must ascend, > 0 and below half the sample rate")
+      .range("period_samples", c.period_samples, 0, 1'000'000'000)
+      .require("band_hz", sound_band, "must be [FROM, TO], > 0, ascending and up to half the sample rate")
+      .range("memory_s", c.memory_s, 0.0, kMost)
+      .range("drift_per_s", c.drift_per_s.value_or(0.0), 0.0, 1.0)
+      .range("baseline_s", c.baseline_s, 1.0, 1e7)
+      .range("ring_s", c.ring_s, 10.0, 1e6)
+      .result();
+}
+
+ConfigurationFile parse_configuration(std::string_view text, std::string_view source,
+                                      const std::filesystem::path& folder) {
+  ConfigurationFile file;
+  const auto table = io::parse_toml(text, source);
+  auto read = table ? io::read_described<Configuration>(*table, source) : unexpected(table.error());
+  if (!read) {
+    file.findings.errors.push_back(read.error());
+    return file;
+  }
+  file.configuration = std::move(*read);
+  file.configuration.folder = folder;
+  file.findings = check(file.configuration);
+  for (auto* list : {&file.findings.errors, &file.findings.warnings, &file.findings.notes})
+    for (auto& finding : *list) finding = io::placed(*table, source, std::move(finding));
+  return file;
+}
+
+ConfigurationFile read_configuration(const std::filesystem::path& path) {
+  const auto text = io::read_experiment_text(path);
+  if (text) return parse_configuration(*text, path.string(), path.parent_path());
+  ConfigurationFile file;
+  file.findings.errors.push_back(text.error());
+  return file;
+}
+
+}  // namespace resonid::monitor

@@ -1,0 +1,340 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <resonid/base/error_text.hpp>
+#include <resonid/io/detail/suggestion.hpp>
+#include <resonid/io/experiment.hpp>
+#include <resonid/io/shipped_experiments.hpp>
+#include <set>
+#include <system_error>
+
+#include "io/text.hpp"
+#include "monitor/service/axis_spec_of.hpp"
+#include "monitor/service/configuration.hpp"
+
+namespace resonid::monitor {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_name(std::string_view name) {
+  constexpr std::size_t kLongest = 64;
+  return !name.empty() && name.size() <= kLongest && std::all_of(name.begin(), name.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '.' || c == '-';
+  });
+}
+
+/// Folder of its own: another process cannot be kept from changing it afterwards.
+bool can_be_made_or_written(const fs::path& folder) {
+  std::error_code code;
+  fs::path there = fs::absolute(folder, code);
+  while (!fs::exists(there, code) && there.has_relative_path()) there = there.parent_path();
+  return fs::is_directory(there, code) && ::access(there.c_str(), W_OK | X_OK) == 0;
+}
+
+/// What two of which cannot be, with who has it.
+class Claims {
+ public:
+  /// Who had it before; empty: nobody.
+  std::string claim(const std::string& thing, const std::string& who) {
+    const auto [place, is_new] = claimed_.emplace(thing, who);
+    return is_new ? std::string() : place->second;
+  }
+
+ private:
+  std::map<std::string, std::string> claimed_;
+};
+
+class Checker {
+ public:
+  explicit Checker(const Configuration& configuration) : c_(configuration) {}
+
+  Findings all() {
+    table("monitor", c_.monitor);
+    table("retention", c_.retention);
+    table("publish", c_.publish);
+    table("publish.mqtt", c_.publish.mqtt);
+    table("publish.nats", c_.publish.nats);
+    table("alarms", c_.alarms);
+    service();
+    published();
+    for (const auto& [name, source] : c_.sources.tables) one_source(name, source);
+    if (c_.axes.tables.empty()) error("axis", "must have a table for each axis, [axis.NAME]: found none");
+    for (const auto& [name, axis] : c_.axes.tables) one_axis(name, axis);
+    unused_sources();
+    sizes();
+    return std::move(findings_);
+  }
+
+ private:
+  void error(std::string field, std::string requirement) {
+    findings_.errors.push_back({std::move(field), std::move(requirement)});
+  }
+  void warn(std::string field, std::string text) {
+    findings_.warnings.push_back({std::move(field), std::move(text)});
+  }
+
+  template <class Table>
+  bool table(const std::string& path, const Table& config) {
+    const auto fine = check(config);
+    if (fine) return true;
+    Error fault = fine.error();
+    fault.field = path + "." + fault.field.str();
+    findings_.errors.push_back(std::move(fault));
+    return false;
+  }
+
+  void name(const std::string& path, const std::string& own) {
+    if (!is_name(own))
+      error(path, fmt::format("found the name {}, required 1 ... 64 letters, digits, '_', '-' and '.'",
+                              io::in_quotes(own)));
+  }
+
+  void readable(const std::string& field, const std::string& file) {
+    if (file.empty()) return;
+    std::error_code code;
+    const auto path = c_.file(file);
+    if (!fs::is_regular_file(path, code))
+      error(field, fmt::format("found {}, required a file: there is none of that name",
+                               io::in_quotes(path.string())));
+    else if (::access(path.c_str(), R_OK) != 0)
+      error(field, fmt::format("found {}, which cannot be read", io::in_quotes(path.string())));
+  }
+
+  void secret(const std::string& field, const std::string& file, std::size_t least) {
+    if (file.empty()) return;
+    const auto path = c_.file(file);
+    if (const auto found = read_secret(path, least); !found) return error(field, message_of(found.error()));
+    struct ::stat facts {};
+    if (::stat(path.c_str(), &facts) == 0 && (facts.st_mode & S_IROTH) != 0)
+      warn(field, fmt::format("{} can be read by every user of this machine", io::in_quotes(path.string())));
+  }
+
+  void connection(const std::string& path, const Connection& connection) {
+    secret(path + ".password_file", connection.password_file, 1);
+    readable(path + ".ca_file", connection.ca_file);
+    readable(path + ".certificate_file", connection.certificate_file);
+    readable(path + ".key_file", connection.key_file);
+    const auto server = endpoint(connection.address);
+    if (server && !server->is_loopback() && !connection.tls && !connection.password_file.empty())
+      warn(path + ".tls", "is false: the password goes over the network in plain text");
+  }
+
+  /// A port that is listened at; addresses of one machine may stand for one another.
+  void port(const std::string& field, const std::string& protocol, const std::string& address) {
+    const auto place = endpoint(address, 0);
+    if (!place || place->port == 0) return;
+    const std::string who = ports_.claim(fmt::format("{} {}", protocol, place->port), field);
+    if (!who.empty())
+      error(field, fmt::format("is {} port {}, which {} has already", protocol, place->port, who));
+  }
+
+  void service() {
+    const auto& m = c_.monitor;
+    if (!m.data.empty() && !can_be_made_or_written(c_.file(m.data)))
+      error("monitor.data", fmt::format("found {}, required a folder that can be written",
+                                        io::in_quotes(c_.file(m.data).string())));
+    secret("monitor.write_token_file", m.write_token_file, kShortestToken);
+    secret("monitor.read_token_file", m.read_token_file, kShortestToken);
+    readable("monitor.certificate_file", m.certificate_file);
+    readable("monitor.key_file", m.key_file);
+    port("monitor.listen", "TCP", m.listen);
+    const auto place = endpoint(m.listen, 0);
+    if (place && !place->is_loopback()) {
+      if (m.write_token_file.empty() && !m.insecure)
+        error("monitor.listen",
+              fmt::format("is {}, which others reach: required write_token_file, or insecure = true",
+                          m.listen));
+      if (m.certificate_file.empty() && !(m.write_token_file.empty() && m.read_token_file.empty()))
+        warn("monitor.listen", "goes without TLS: tokens go over the network in plain text");
+    }
+    constexpr double kDecade = 10.0 * 365.0 * 86400.0;
+    if (m.false_alarm_interval_s > kDecade)
+      warn("monitor.false_alarm_interval_s",
+           fmt::format(
+               "is {:.3g} years: so rare a false alarm asks for changes that are larger or last longer, "
+               "and no recording can show that it is kept",
+               m.false_alarm_interval_s / (365.0 * 86400.0)));
+  }
+
+  void published() {
+    const auto& p = c_.publish;
+    secret("publish.webhook_token_file", p.webhook_token_file, 1);
+    if (p.webhook_url.starts_with("http://") && !p.webhook_token_file.empty())
+      warn("publish.webhook_url", "goes without TLS: the token goes over the network in plain text");
+    connection("publish.mqtt", p.mqtt.connection);
+    connection("publish.nats", p.nats.connection);
+    if (!p.mqtt.client_id.empty())
+      (void)clients_.claim(p.mqtt.connection.address + " " + p.mqtt.client_id, "publish.mqtt");
+  }
+
+  void only_one(const std::string& path, const std::string& key, const std::string& thing) {
+    if (const auto who = clients_.claim(thing, path); !who.empty())
+      error(path + "." + key, fmt::format("is {}, which {} reads already", thing, who));
+  }
+
+  void one_source(const std::string& own, const SourceConfig& s) {
+    const std::string path = "source." + own;
+    name(path, own);
+    if (!table(path, s)) return;
+    switch (s.kind) {
+      case SourceKind::standard_input:
+        return only_one(path, "kind", "stdin");
+      case SourceKind::file:  // which may come later
+        if (std::error_code code; fs::is_directory(c_.file(s.path), code))
+          error(path + ".path", fmt::format("found {}, a folder, required a file", io::in_quotes(s.path)));
+        else if (!fs::exists(c_.file(s.path), code))
+          warn(path + ".path", fmt::format("{} is not there yet", io::in_quotes(c_.file(s.path).string())));
+        return;
+      case SourceKind::tcp:
+      case SourceKind::udp: {
+        port(path + ".address", s.kind == SourceKind::tcp ? "TCP" : "UDP", s.connection.address);
+        if (const auto place = endpoint(s.connection.address); place && !place->is_loopback())
+          warn(path + ".address", "is open to everybody who reaches this machine: they can send samples");
+        return;
+      }
+      case SourceKind::mqtt:
+        connection(path, s.connection);
+        if (!s.client_id.empty()) {
+          const auto who = clients_.claim(s.connection.address + " " + s.client_id, path);
+          if (!who.empty())
+            error(path + ".client_id",
+                  fmt::format("is that of {} at the same broker, which would be thrown out", who));
+        }
+        if (s.qos == 0) warn(path + ".qos", "is 0: what is sent while nobody listens is lost");
+        return;
+      case SourceKind::nats:
+        connection(path, s.connection);
+        if (s.stream.empty())
+          warn(path + ".stream", "is not given: what is sent while nobody listens is lost");
+        else
+          only_one(path, "durable",
+                   fmt::format("consumer '{}' of stream '{}' at {}", s.durable.empty() ? own : s.durable,
+                               s.stream, s.connection.address));
+        return;
+      case SourceKind::hal:
+        return only_one(path, "hal_channel", fmt::format("HAL channel {}", s.hal_channel));
+      case SourceKind::demo:
+        for (const auto& experiment : s.experiments) shipped_or_file(path + ".experiments", experiment);
+        return;
+    }
+  }
+
+  void shipped_or_file(const std::string& field, const std::string& experiment) {
+    const auto shipped = io::shipped_experiments();
+    if (std::any_of(shipped.begin(), shipped.end(), [&](const auto& s) { return s.name == experiment; }))
+      return;
+    std::error_code code;
+    if (!fs::is_regular_file(c_.file(experiment), code)) {
+      std::vector<std::string> names;
+      for (const auto& s : shipped) names.emplace_back(s.name);
+      return error(field, fmt::format("found {}{}, required a shipped experiment or a file",
+                                      io::in_quotes(experiment), io::suggestion(experiment, names)));
+    }
+    if (const auto read = io::read_experiment(c_.file(experiment)); !read)
+      error(field, message_of(read.error()));
+  }
+
+  void one_axis(const std::string& own, const AxisConfig& a) {
+    const std::string path = "axis." + own;
+    name(path, own);
+    const bool sound = table(path, a) && table(path + ".alarms", a.alarms);
+    if (!a.source.empty()) belongs(path, own, a);
+    if (!sound) return;
+    std::vector<std::string> notes;
+    auto spec = axis_spec_of(c_, own, a, 1.0, notes);
+    for (auto& note : notes) findings_.notes.push_back({path, std::move(note)});
+    if (spec) return;
+    Error fault = spec.error();
+    fault.field = path + "." + fault.field.str();
+    findings_.errors.push_back(std::move(fault));
+  }
+
+  void belongs(const std::string& path, const std::string& own, const AxisConfig& a) {
+    const auto source = c_.sources.tables.find(a.source);
+    if (source == c_.sources.tables.end()) {
+      std::vector<std::string> names;
+      for (const auto& [known, config] : c_.sources.tables) names.push_back(known);
+      return error(path + ".source", fmt::format("found {}{}, required the name of a source; there are: {}",
+                                                 io::in_quotes(a.source), io::suggestion(a.source, names),
+                                                 names.empty() ? "none" : io::listed(names)));
+    }
+    used_.insert(a.source);
+    const std::string& channel = a.channel.empty() ? own : a.channel;
+    const std::string who = channels_.claim(a.source + '\n' + channel, path);
+    if (!who.empty())
+      error(path + ".channel", fmt::format("is {} of source {}, which is {} already", io::in_quotes(channel),
+                                           io::in_quotes(a.source), who));
+    const auto& columns = source->second.columns;
+    for (const auto& [key, column] :
+         {std::pair{"input", &a.input}, std::pair{"output", &a.output},
+          std::pair{"excitation", &a.excitation}, std::pair{"position", &a.position}})
+      if (!column->empty() && !columns.empty() &&
+          std::find(columns.begin(), columns.end(), *column) == columns.end())
+        error(path + "." + key,
+              fmt::format("found {}{}, required a column of source {}: {}", io::in_quotes(*column),
+                          io::suggestion(*column, columns), io::in_quotes(a.source), io::listed(columns)));
+  }
+
+  void unused_sources() {
+    for (const auto& [own, source] : c_.sources.tables)
+      if (!used_.contains(own)) warn("source." + own, "is read by no axis");
+  }
+
+  /// Rings are made at once, in full.
+  void sizes() {
+    double bytes = 0.0;
+    for (const auto& [own, a] : c_.axes.tables) {
+      const double channels = 2.0 + (a.excitation.empty() ? 0.0 : 1.0) + (a.position.empty() ? 0.0 : 1.0);
+      bytes += a.ring_s * a.sample_rate_hz * channels * sizeof(double);
+    }
+    std::error_code code;
+    fs::path folder = fs::absolute(c_.file(c_.monitor.data), code);
+    while (!fs::exists(folder, code) && folder.has_relative_path()) folder = folder.parent_path();
+    const auto space = fs::space(folder, code);
+    if (!code && bytes > static_cast<double>(space.available))
+      warn("monitor.data", fmt::format("has room for {:.3g} MB, and the rings of all axes take {:.3g} MB",
+                                       1e-6 * static_cast<double>(space.available), 1e-6 * bytes));
+  }
+
+  const Configuration& c_;
+  Findings findings_;
+  Claims ports_, clients_, channels_;
+  std::set<std::string> used_;  ///< Sources.
+};
+
+}  // namespace
+
+expected<std::string, Error> read_secret(const std::filesystem::path& path, std::size_t least) {
+  const auto refused = [&](std::string_view what) {
+    return refuse("", fmt::format("{} {}", io::in_quotes(path.string()), what));
+  };
+  std::error_code code;
+  if (!fs::is_regular_file(path, code)) return refused("is no file");
+  std::ifstream stream(path, std::ios::binary);
+  std::string line;
+  if (!stream) return refused("cannot be read");
+  constexpr std::size_t kLongest = 4096;
+  line.resize(kLongest);
+  stream.read(line.data(), static_cast<std::streamsize>(kLongest));
+  line.resize(static_cast<std::size_t>(stream.gcount()));
+  line = line.substr(0, line.find('\n'));
+  constexpr std::string_view kBlank = " \t\r";
+  const auto first = line.find_first_not_of(kBlank);
+  line = first == line.npos ? "" : line.substr(first, line.find_last_not_of(kBlank) - first + 1);
+  if (line.size() < least)
+    return refused(
+        fmt::format("has {} characters in its first line, required at least {}", line.size(), least));
+  return line;
+}
+
+Findings check(const Configuration& configuration) { return Checker(configuration).all(); }
+
+}  // namespace resonid::monitor

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "monitor/service/configuration.hpp"
+
+namespace resonid::monitor {
+
+/// What was seen of one axis on a source.
+struct StreamFacts {
+  std::string source;                        ///< Its name in the configuration.
+  std::string axis;                          ///< As the source names it; empty: it names none.
+  std::vector<std::string> columns;          ///< Names.
+  double sample_rate_hz = 0.0;               ///< Told or measured; 0: not known.
+  std::vector<std::vector<double>> samples;  ///< [column][sample] The first ones; not a number: missing.
+};
+
+/// An axis as it may be configured.
+struct Proposal {
+  std::string name;
+  AxisConfig axis;                 ///< What could not be told is as by default.
+  std::vector<std::string> notes;  ///< What was seen and assumed, and what is left to people; a line each.
+};
+
+/// Which column is which signal, as `resonid inspect` tells from names and units, the rate, and the output's
+/// sign. A hundred samples or more are needed for the sign. Names are made different.
+[[nodiscard]] std::vector<Proposal> propose(std::span<const StreamFacts> streams);
+
+/// [axis.NAME] tables for the configuration, notes as comments.
+[[nodiscard]] std::string proposal_text(std::span<const Proposal> proposals);
+
+}  // namespace resonid::monitor

@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: MIT
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+
+#include "configurations.hpp"
+
+namespace resonid::monitor::test {
+namespace {
+
+using Texts = std::vector<std::string>;
+
+/// Whether the only error begins with a place and a field, and goes on with these words.
+::testing::AssertionResult is_only(const Texts& errors, const std::string& begin, const std::string& words) {
+  if (errors.size() == 1 && errors[0].starts_with(begin) && errors[0].find(words) != std::string::npos)
+    return ::testing::AssertionSuccess();
+  auto failure = ::testing::AssertionFailure() << "required one: " << begin << " ... " << words << "\nfound:";
+  for (const auto& error : errors) failure << "\n  " << error;
+  return failure;
+}
+
+TEST(Check, TakesTheLeast) {
+  const TemporaryFolder folder;
+  const auto found = findings_of(folder, "");
+  EXPECT_EQ(messages(found.errors), Texts{});
+  EXPECT_EQ(messages(found.warnings), Texts{});
+  EXPECT_EQ(messages(found.notes), (Texts{"m.toml:5:1: axis.x: no unit in 'u': Nm assumed",
+                                          "m.toml:5:1: axis.x: 'y' taken for a velocity in rad/s"}));
+  EXPECT_EQ(folder.entries(), 0U) << "nothing is written";
+}
+
+TEST(Check, SaysWhatIsWrongWithAnAxis) {
+  const TemporaryFolder folder;
+  EXPECT_TRUE(is_only(errors_of(folder, "delay_s = 0.2"), "m.toml:10:11: axis.x.delay_s: found 0.2",
+                      "must be 0 ... 0.128"));
+  EXPECT_EQ(errors_of(folder, "delay_s = 0.128"), Texts{}) << "64 samples";
+  EXPECT_TRUE(
+      is_only(errors_of(folder, "output_scale = 0"), "m.toml:10:16: axis.x.output_scale", "must not be 0"));
+  EXPECT_TRUE(is_only(errors_of(folder, "band_hz = [30, 3]"), "m.toml:10:11: axis.x.band_hz", "ascending"));
+  EXPECT_TRUE(
+      is_only(errors_of(folder, "lines_hz = [3, 250]"), "m.toml:10:12: axis.x.lines_hz", "half the sample"));
+  EXPECT_TRUE(is_only(errors_of(folder, "chirp = [1, 40]"), "m.toml:10:9: axis.x.chirp", "DURATION"));
+  EXPECT_TRUE(is_only(errors_of(folder, "alarms.gap.low = 2\nalarms.gap.high = 1"),
+                      "m.toml:10:18: axis.x.alarms.gap.low", "must be below high"));
+  EXPECT_TRUE(is_only(errors_of(folder, "output_unit = 'mm'"),
+                      "m.toml:5:1: [axis.x] has no key 'output_quantity'",
+                      "is velocity, and the output 'y' is in mm"));
+  EXPECT_TRUE(is_only(errors_of(folder, "method = 'iv'\nexcitation = 'r'"),
+                      "m.toml:5:1: [axis.x] has no key 'controller'", "iv needs the controller"));
+  EXPECT_TRUE(is_only(errors_of(folder, "method = 'arx'\noutput_quantity = 'acceleration'"),
+                      "m.toml:10:10: axis.x.method", "needs a velocity or a position"));
+  EXPECT_TRUE(
+      is_only(errors_of(folder, "method = 'quick'"), "m.toml:10:10: axis.x.method", "required one of auto"));
+  EXPECT_TRUE(
+      is_only(errors_of(folder, "rate = 500"), "m.toml:10:1: unknown key 'axis.x.rate'", "known here"));
+  EXPECT_TRUE(is_only(
+      errors_of(folder, "", "[monitor]\ndata = 'd'\n[source.in]\nkind='stdin'\n[axis.x]\nsource='in'"),
+      "m.toml:5:1: [axis.x] has no key 'sample_rate_hz'", "must be 0.001 ... 1e+06"));
+}
+
+TEST(Check, KnowsWhoReadsWhat) {
+  const TemporaryFolder folder;
+  EXPECT_TRUE(
+      is_only(errors_of(folder, "[axis.y]\nsource = 'inn'\nsample_rate_hz = 1\ninput = 'u'\noutput = 'y'"),
+              "m.toml:11:10: axis.y.source: found 'inn' (did you mean 'in'?)", "there are: in"));
+  EXPECT_TRUE(is_only(errors_of(folder,
+                                "[axis.y]\nsource = 'in'\nchannel = 'x'\nsample_rate_hz = 1\ninput = "
+                                "'u'\noutput = 'y'"),
+                      "m.toml:12:11: axis.y.channel: is 'x' of source 'in', which is axis.x already", ""));
+  EXPECT_TRUE(is_only(errors_of(folder, "[axis.y]\nsample_rate_hz = 1\ninput = 'u'\noutput = 'y'"),
+                      "m.toml:10:1: [axis.y] has no key 'source'", "must be given"));
+  EXPECT_TRUE(is_only(errors_of(folder, "[source.more]\nkind = 'stdin'"),
+                      "m.toml:11:8: source.more.kind: is stdin, which source.in reads already", ""));
+  EXPECT_TRUE(is_only(errors_of(folder, "", "[monitor]\ndata = 'd'\n"), "m.toml:1:1: has no table [axis]",
+                      "[axis.NAME]"));
+  EXPECT_TRUE(is_only(errors_of(folder, "[axis.'y/z']\nsource='in'\nsample_rate_hz=1\ninput='u'\noutput='y'"),
+                      "m.toml:10:1: axis.y/z: found the name 'y/z'", "1 ... 64 letters"));
+  const auto unread = warnings_of(folder, "[source.f]\nkind = 'demo'");
+  EXPECT_EQ(std::count(unread.begin(), unread.end(), "m.toml:10:1: source.f: is read by no axis"), 1);
+  EXPECT_TRUE(is_only(errors_of(folder, "", R"([monitor]
+data = "data"
+[source.in]
+kind = "stdin"
+columns = ["ru", "u", "speed"]
+[axis.x]
+source = "in"
+sample_rate_hz = 500
+input = "u"
+output = "sped"
+)"),
+                      "m.toml:10:10: axis.x.output: found 'sped' (did you mean 'speed'?)", "ru, u, speed"));
+}
+
+TEST(Check, RefusesWhatIsUsedTwice) {
+  const TemporaryFolder folder;
+  EXPECT_TRUE(is_only(errors_of(folder, "[source.t]\nkind = 'tcp'\naddress = '127.0.0.1:8080'"),
+                      "m.toml:12:11: source.t.address: is TCP port 8080, which monitor.listen has already",
+                      ""));
+  EXPECT_EQ(errors_of(folder, "[source.t]\nkind = 'udp'\naddress = '127.0.0.1:8080'"), Texts{})
+      << "UDP has ports of its own";
+  EXPECT_TRUE(is_only(errors_of(folder,
+                                "[source.a]\nkind='mqtt'\naddress='b:1'\ntopic='t'\nclient_id='c'\n"
+                                "[source.b]\nkind='mqtt'\naddress='b:1'\ntopic='s'\nclient_id='c'"),
+                      "m.toml:19:11: source.b.client_id: is that of source.a", ""));
+  EXPECT_TRUE(is_only(
+      errors_of(folder, "[source.a]\nkind='hal'\ncolumns=['u']\n[source.b]\nkind='hal'\ncolumns=['u']"),
+      "m.toml:13:1: [source.b] has no key 'hal_channel', which is HAL channel 0", "source.a reads"));
+}
+
+TEST(Check, RefusesSourcesThatCannotBe) {
+  const TemporaryFolder folder;
+  const auto source = [&](const std::string& keys) { return errors_of(folder, "[source.s]\n" + keys); };
+  EXPECT_TRUE(
+      is_only(source("kind = 'tcp'"), "m.toml:10:1: [source.s] has no key 'address'", "must be given"));
+  EXPECT_TRUE(is_only(source("kind = 'tcp'\naddress = 'here'"), "m.toml:12:11: source.s.address",
+                      "found 'here', required HOST:PORT"));
+  EXPECT_TRUE(is_only(source("kind = 'file'\npath = ''"), "m.toml:12:8: source.s.path", "must be given"));
+  EXPECT_TRUE(is_only(source("kind = 'mqtt'\naddress = 'b:1883'\ntopic = 'a/b#'"),
+                      "m.toml:13:9: source.s.topic", "# as the last one"));
+  EXPECT_TRUE(is_only(source("kind = 'mqtt'\naddress = 'b:1883'\ntopic = 'a'\nca_file = 'ca'"),
+                      "m.toml:14:11: source.s.ca_file", "needs tls = true"));
+  EXPECT_TRUE(is_only(source("kind = 'mqtt'\naddress = 'b:1883'\ntopic = 'a'\nqos = 3"),
+                      "m.toml:14:7: source.s.qos", "must be 0 ... 2"));
+  EXPECT_TRUE(is_only(source("kind = 'nats'\naddress = 'b:4222'\nsubject = 'a'\ndurable = 'd'"),
+                      "m.toml:14:11: source.s.durable", "needs a stream"));
+  EXPECT_TRUE(is_only(source("kind = 'demo'\nexperiments = ['demoo']"), "m.toml:12:15: source.s.experiments",
+                      "(did you mean 'demo'?)"));
+  EXPECT_TRUE(is_only(source("kind = 'stdin'\npath = 'f'"),
+                      "m.toml:12:1: unknown key 'source.s.path' with kind = "
+                      "'stdin'",
+                      ""));
+  EXPECT_TRUE(is_only(source("kind = 'file'\npath = '.'"), "m.toml:12:8: source.s.path", "a folder"));
+}
+
+TEST(Check, LooksAtFiles) {
+  const TemporaryFolder folder;
+  EXPECT_TRUE(is_only(errors_of(folder, "controller = 'pi.json'"), "m.toml:10:14: axis.x.controller",
+                      "none of that name"));
+  (void)folder.file("pi.json", "{}");
+  EXPECT_TRUE(is_only(errors_of(folder, "controller = 'pi.json'"), "m.toml:10:14: axis.x.controller",
+                      "\"numerator\""));
+  EXPECT_TRUE(
+      is_only(errors_of(folder, "controller = 'pi:1'"), "m.toml:10:14: axis.x.controller", "pi:KP,TI"));
+  EXPECT_TRUE(
+      is_only(errors_of(folder, "baseline = 'pi.json'"), "m.toml:10:12: axis.x.baseline", "is no result of"));
+  EXPECT_TRUE(
+      is_only(errors_of(folder, "start = '/dev/stdin'"), "m.toml:10:9: axis.x.start", "none of that name"))
+      << "nothing is waited for";
+  (void)folder.file("plain", "");
+  const std::string service = "[monitor]\ndata = 'plain/data'\ncertificate_file = 'c'\nkey_file = 'plain'\n";
+  const auto all = errors_of(folder, "", service + std::string(kLeast.substr(kLeast.find("[source"))));
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_TRUE(all[0].starts_with("m.toml:2:8: monitor.data: found")) << all[0];
+  EXPECT_TRUE(all[1].starts_with("m.toml:3:20: monitor.certificate_file: found")) << all[1];
+}
+
+/// The first table with further keys.
+std::string with_service(const std::string& keys) {
+  std::string text(kLeast);
+  return text.insert(text.find("[source"), keys + "\n");
+}
+
+TEST(Check, KeepsStrangersOut) {
+  const TemporaryFolder folder;
+  const auto errors = [&](const std::string& keys) { return errors_of(folder, "", with_service(keys)); };
+  EXPECT_TRUE(
+      is_only(errors("listen = '0.0.0.0:8080'"), "m.toml:3:10: monitor.listen", "required write_token_file"));
+  EXPECT_EQ(errors("listen = '0.0.0.0:8080'\ninsecure = true"), Texts{});
+  EXPECT_EQ(errors("listen = '[::1]:0'"), Texts{});
+  EXPECT_EQ(errors("listen = 'localhost:80'"), Texts{});
+  EXPECT_TRUE(is_only(errors("listen = '[::]:80'"), "m.toml:3:10: monitor.listen", "others reach"));
+  (void)folder.file("short", "abc\n");
+  EXPECT_TRUE(is_only(errors("listen = '0.0.0.0:80'\nwrite_token_file = 'short'"),
+                      "m.toml:4:20: monitor.write_token_file",
+                      "has 3 characters in its first line, required at least 16"));
+  const auto token = folder.file("token", "  0123456789abcdef \nmore\n");
+  ::chmod(token.c_str(), 0600);
+  EXPECT_EQ(errors("listen = '0.0.0.0:80'\nwrite_token_file = 'token'"), Texts{});
+  EXPECT_EQ(read_secret(token, kShortestToken).value_or(""), "0123456789abcdef");
+  const auto secrets =
+      parse_configuration(with_service("write_token_file = 'token'"), "m.toml", folder.path());
+  for (const auto& text : {configuration_text(secrets.configuration), axis_text(secrets.configuration, "x")})
+    EXPECT_EQ(text.find("0123456789abcdef"), std::string::npos);
+
+  ::chmod(token.c_str(), 0644);
+  const auto warned = messages(findings_of(folder, "", with_service("write_token_file = 'token'")).warnings);
+  ASSERT_FALSE(warned.empty());
+  EXPECT_NE(warned[0].find("can be read by every user"), std::string::npos) << warned[0];
+}
+
+TEST(Check, WarnsOfPromisesThatNobodyCanKeep) {
+  const TemporaryFolder folder;
+  const auto warned =
+      messages(findings_of(folder, "", with_service("false_alarm_interval_s = 1e10")).warnings);
+  ASSERT_FALSE(warned.empty());
+  EXPECT_TRUE(warned[0].starts_with("m.toml:3:26: monitor.false_alarm_interval_s: is 317 years"))
+      << warned[0];
+  EXPECT_EQ(messages(findings_of(folder, "", with_service("false_alarm_interval_s = 1e8")).warnings),
+            Texts{});
+  EXPECT_EQ(
+      warnings_of(
+          folder,
+          "ring_s = 1e6\n[axis.y]\nsource='in'\nsample_rate_hz=1e6\ninput='u'\noutput='y'\nring_s = 1e6")
+          .size(),
+      1U)
+      << "no disk has 16 TB";
+}
+
+TEST(Check, TellsAllAtOnce) {
+  const TemporaryFolder folder;
+  const auto errors = errors_of(folder, "delay_s = 9\n[source.t]\nkind = 'tcp'\n[retention]\nrows_s = 5\n");
+  EXPECT_EQ(errors.size(), 3U);
+}
+
+TEST(Check, NamesWhatIsNoConfiguration) {
+  const TemporaryFolder folder;
+  EXPECT_TRUE(is_only(errors_of(folder, "", "[monitor"), "m.toml:1:9:", "is not TOML"));
+  EXPECT_TRUE(is_only(messages(read_configuration(folder / "none.toml").findings.errors),
+                      (folder / "none.toml").string(), "cannot be opened"));
+  EXPECT_TRUE(is_only(errors_of(folder, "", "[axes.x]"),
+                      "m.toml:1:2: unknown table 'axes' (did you mean 'axis'?)", ""));
+}
+
+/// All keys that are numbers, by where they are.
+struct NumberKeys {
+  std::vector<std::string>& names;
+  template <class Field>
+  void operator()(std::string_view name, Field&, std::string_view) const {
+    if constexpr (std::is_same_v<Field, double> || std::is_same_v<Field, std::optional<double>>)
+      names.emplace_back(name);
+  }
+};
+
+/// No number but a limit of an alarm may be infinite, and none may be far off.
+TEST(Check, RefusesNumbersOutOfRange) {
+  const TemporaryFolder folder;
+  std::vector<std::string> names;
+  AxisConfig axis;
+  describe(NumberKeys{names}, axis);
+  ASSERT_GT(names.size(), 10U);
+  for (const auto& name : names) {
+    if (name == "sample_rate_hz") continue;  // stands there already
+    for (const char* value : {"inf", "-inf", "nan", "'1'"})
+      EXPECT_EQ(errors_of(folder, name + " = " + value).size(), 1U) << name << " = " << value;
+    const bool signed_number = name.ends_with("_scale") || name == "torque_constant";
+    EXPECT_EQ(errors_of(folder, name + " = -1").size(), signed_number ? 0U : 1U) << name;
+  }
+  EXPECT_EQ(errors_of(folder, "alarms.gap.high = inf\nalarms.gap.low = -inf"), Texts{});
+  EXPECT_EQ(errors_of(folder, "alarms.gap.on_delay_s = inf").size(), 1U);
+}
+
+TEST(Endpoint, IsTakenApart) {
+  const auto host = [](const char* text) {
+    const auto found = endpoint(text, 0);
+    return found ? found->host + " " + std::to_string(found->port) : "refused";
+  };
+  EXPECT_EQ(host("127.0.0.1:80"), "127.0.0.1 80");
+  EXPECT_EQ(host("[fe80::1]:65535"), "fe80::1 65535");
+  EXPECT_EQ(host("broker.local:0"), "broker.local 0");
+  for (const char* wrong : {"", ":", ":80", "a", "a:", "a:65536", "a:-1", "a:1.5", "::1:80", "[::1]", "u@b:1",
+                            "mqtt://b:1883", "a b:1", "[]:1"})
+    EXPECT_EQ(host(wrong), "refused") << wrong;
+  EXPECT_FALSE(endpoint("a:0").has_value());
+}
+
+}  // namespace
+}  // namespace resonid::monitor::test
