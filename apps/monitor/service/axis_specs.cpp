@@ -170,8 +170,11 @@ class SpecBuilder {
     data::Record record;
     record.output_quantity = a_.output_quantity;
     if (s_.has_excitation) record.excitation.samples = {0.0};
-    if (const auto fault = identification::detail::contradiction(record, s_.track, a_.method))
-      fault_ = Error{fault->field, library_keys(fault->requirement.str())};
+    const auto fault = identification::detail::contradiction(record, s_.track, a_.method);
+    if (!fault) return;
+    const bool lacks = fault->field == "controller" || fault->field == "excitation";
+    fault_ = Error{fault->field, lacks ? fmt::format("must be given for method = \"{}\"", name_of(a_.method))
+                                       : library_keys(fault->requirement.str())};
   }
 
   const Configuration& c_;

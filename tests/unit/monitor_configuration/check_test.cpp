@@ -49,7 +49,8 @@ TEST(Check, SaysWhatIsWrongWithAnAxis) {
                       "m.toml:5:1: [axis.x] has no key 'output_quantity'",
                       "is velocity, and the output 'y' is in mm"));
   EXPECT_TRUE(is_only(errors_of(folder, "method = 'iv'\nexcitation = 'r'"),
-                      "m.toml:5:1: [axis.x] has no key 'controller'", "iv needs the controller"));
+                      "m.toml:5:1: [axis.x] has no key 'controller'",
+                      "which must be given for method = \"iv\""));
   EXPECT_TRUE(is_only(errors_of(folder, "method = 'arx'\noutput_quantity = 'acceleration'"),
                       "m.toml:10:10: axis.x.method", "needs a velocity or a position"));
   EXPECT_TRUE(
