@@ -21,6 +21,7 @@ constexpr double kPeriodsOfPhysical = 4.0;   // the same of the physical tracker
 constexpr double kPeriodsOfLongTerm = 30.0;  // the same over hours, kLongTerm_s at least
 constexpr double kLongTerm_s = 2.0;
 constexpr double kNoiseMemory_s = 100.0;
+constexpr double kLoadDrift = 0.02;        // of the largest torque, in a second
 constexpr double kFrictionShare = 0.3;     // of the largest torque: how much of it friction may take
 constexpr double kStartDeviations = 10.0;  // of a start's own: how far off it may be
 
@@ -99,7 +100,11 @@ void set_physical(const data::Record& stretch, const TrackOptions& options, cons
   } else if (!(p.memory_s > 0.0) || moves) {
     p.stiffness_drift_per_s = first_drift(stretch, options, plan);
   }
-  if (options.long_term) p.noise_memory_s = kNoiseMemory_s;
+  if (options.long_term) {
+    p.noise_memory_s = kNoiseMemory_s;
+    p.torque_offset_drift_nm_rt_s =
+        kLoadDrift * largest;  // small steps of the load are none of the parameters'
+  }
   setup.memory_s = p.memory_s > 0.0 ? p.memory_s : kPeriodsOfPhysical / drive.resonance().value;
 }
 

@@ -111,14 +111,14 @@ class PhysicalTracker {
   [[nodiscard]] std::uint64_t samples() const noexcept { return samples_; }  ///< Missing ones included.
   [[nodiscard]] std::uint64_t skipped_samples() const noexcept { return skipped_; }
   [[nodiscard]] std::uint64_t replays() const noexcept { return replays_; }  ///< Taken over so far.
-  /// Jumps of the load's torque that were seen so far.
+  /// Jumps of the load's torque that were seen so far; looked for with a memory, of a machine that stays.
   [[nodiscard]] std::uint64_t load_jumps() const noexcept { return run_.load_jumps; }
 
   /// For a state of unknown origin (base/detail/intact.hpp).
   [[nodiscard]] bool intact() const noexcept {
     return run_.intact() && candidate_.intact() && remembered_ <= memory_.size() && next_ <= remembered_ &&
-           intact_flags(config_.at_best_known_time, excited_, started_, resuming_, replaying_, exploring_,
-                        memory_full_);
+           intact_flags(config_.at_best_known_time, run_.watches_load, excited_, started_, resuming_,
+                        replaying_, exploring_, memory_full_);
   }
 
  private:

@@ -150,9 +150,13 @@ class PhysicalFilter {
   void load_jumped(const Known& before, Real velocity) noexcept {
     for (std::size_t i = kX; i < kN; ++i) state_[i] = before.state[i];
     p_ = before.covariance;
+    // The twist that the torque offset's own uncertainty makes.
+    const Real twist =
+        setup_.deviation[kTorqueOffset] * setup_.twist_scale * std::exp(-state_[kLogStiffness]);
     for (const std::size_t i : {kDrivenVelocity, kLoadVelocity, kScaledTwist, kTorqueOffset}) {
       for (std::size_t j = 0; j < kN; ++j) p_[i][j] = p_[j][i] = Real(0);
-      p_[i][i] = setup_.deviation[i] * setup_.deviation[i];
+      const Real deviation = i == kTorqueOffset ? setup_.deviation[i] : std::max(setup_.deviation[i], twist);
+      p_[i][i] = deviation * deviation;
     }
     state_[kDrivenVelocity] = state_[kLoadVelocity] = velocity;
   }

@@ -101,10 +101,11 @@ class TrendWatch {
 /// Tells from the innovations that the load's torque has jumped, which the filter would take for other
 /// inertias: CUSUM of z^2 = e^2/s,
 ///
-///   g <- max(0, g + min(z^2, 16) - 3.5)        jumped: g > 45
+///   g <- max(0, g + min(z^2, 16) - 3.5)        jumped: g > 20
 ///
-/// which white innovations reach once in 1e9 samples, a change of a parameter hardly ever, a spike never. At
-/// most three jumps in a row: what does not end is another machine, to be followed.
+/// which white innovations reach once in some 1e5 samples (then a few samples tell nothing), a changed
+/// parameter hardly ever, a spike never. What a jump could move before it is found is 3 standard deviations.
+/// At most three jumps in a row: what does not end is another machine, to be followed.
 class LoadWatch {
  public:
   /// True where the load has jumped.
@@ -124,7 +125,7 @@ class LoadWatch {
   [[nodiscard]] bool calm() const noexcept { return !(cusum_ > 0.0); }
 
  private:
-  static constexpr double kUsual = 3.5, kMost = 16.0, kLimit = 45.0;
+  static constexpr double kUsual = 3.5, kMost = 16.0, kLimit = 20.0;
   static constexpr std::uint32_t kInRow = 3, kRefill = 250;  // samples without one
   double cusum_ = 0.0;
   std::uint32_t jumps_ = 0, since_ = 0;
@@ -145,6 +146,7 @@ struct PhysicalRun {
   double nis = 1.0;           ///< Mean of e^2/s over the last samples: 1 when all is well.
   std::uint64_t outputs = 0;  ///< Taken in.
   std::uint32_t outliers_in_row = 0;
+  bool watches_load = false;
   LoadWatch load;
   struct Calm {
     typename PhysicalFilter<Real>::Known filter{};
@@ -196,6 +198,7 @@ struct PhysicalRun {
 
  private:
   [[nodiscard]] bool jumped(double z_square) noexcept {
+    if (!watches_load) return false;
     const bool watches = load.calm() ? outputs >= kLeastOutputs && nis < kCalm : true;
     if (filter.frozen() || !watches || !std::isfinite(z_square)) {
       load.reset();

@@ -55,6 +55,7 @@ void PhysicalTracker<Real, ReplaySamples>::reset() noexcept {
   run_.noise = NoiseEstimate<Real>(static_cast<Real>(config_.noise_rms * config_.noise_rms),
                                    static_cast<Real>(memory > 1.0 ? 1.0 / memory : 0.0));
   if (config_.stiffness_drift_per_s > 0.0) run_.trend = trend_watch();
+  run_.watches_load = config_.memory_s > 0.0 && !(config_.stiffness_drift_per_s > 0.0);
   candidate_ = run_;
   linearised_about_ = setup_.state;
   inputs_.fill(Real(0));
