@@ -42,7 +42,7 @@ data::Record empty_record(const ExperimentConfig& config, std::size_t samples, c
   return record;
 }
 
-expected<ClosedLoop> make_loop(const ExperimentConfig& config, double duration_s) {
+expected<ClosedLoop> checked_loop(const ExperimentConfig& config, double duration_s) {
   const double rate = config.run.sample_rate_hz;
   const SampleDelay delay = split_delay(config.measurement.delay_s, rate);
   auto drive = make_drive(machine_of(config), rate, delay.fraction, duration_s);
@@ -122,6 +122,11 @@ expected<std::size_t> length_of(const ExperimentConfig& config) {
   return static_cast<std::size_t>(std::llround(samples));
 }
 
+expected<ClosedLoop> make_loop(const ExperimentConfig& config) {
+  if (const auto ok = check(config); !ok) return unexpected(ok.error());
+  return checked_loop(config, static_cast<double>(*length_of(config)) / config.run.sample_rate_hz);
+}
+
 expected<Simulation> simulate_closed_loop(const ExperimentConfig& config,
                                           std::span<const double> response_hz) {
   auto simulation = simulate_or_tell(config, response_hz);
@@ -138,7 +143,7 @@ expected<Simulation, SimulationError> simulate_or_tell(const ExperimentConfig& c
     if (!(f > 0.0 && f <= 0.5 * rate))
       return told(located("run", {"response_hz", "must be > 0 and at most half the sample rate", f}));
   const std::size_t samples = *length_of(config);
-  auto loop = make_loop(config, static_cast<double>(samples) / rate);
+  auto loop = checked_loop(config, static_cast<double>(samples) / rate);
   if (!loop) return told(loop.error());
 
   auto excitation = *online::Excitation::create(config.excitation, rate);

@@ -7,6 +7,7 @@ namespace resonid::monitor {
 namespace {
 
 constexpr std::size_t kMostValues = 16'384;
+constexpr std::size_t kMostSamples = 256;  // a small ring takes no more at once
 constexpr std::size_t kMostAxes = 4096;
 constexpr std::int64_t kLongestStep_ns =
     100'000'000;  // a longer one may be a jump: the first sample tells of it
@@ -23,6 +24,7 @@ bool Batches::continues(const Batch& batch, const Arrival& line) {
                        *line.time_ns - *batch.last_time_ns > kLongestStep_ns))
     return false;
   return before.sample_rate_hz == line.sample_rate_hz && batch.values.size() < kMostValues &&
+         count < kMostSamples &&
          std::equal(batch.columns.begin(), batch.columns.end(), line.columns.begin(), line.columns.end());
 }
 

@@ -190,17 +190,22 @@ void FrameDecoder::add(std::string_view bytes, const std::function<void(const Me
     const std::string_view slice = bytes.substr(0, kSlice);
     bytes.remove_prefix(slice.size());
     received_ += slice.size();
+    std::size_t done = 0;
     if (rest_.empty()) {
-      rest_ = slice.substr(read_some(slice, take));
+      done = read_some(slice, take);
+      rest_ = slice.substr(done);
     } else {
       rest_ += slice;
-      rest_.erase(0, read_some(rest_, take));
+      done = read_some(rest_, take);
+      rest_.erase(0, done);
     }
+    done_ += done;
   }
 }
 
 void FrameDecoder::finish() {
   if (!rest_.empty()) skip(rest_, rest_.size(), "the stream ends within it");
+  done_ += rest_.size();
   rest_.clear();
   in_garbage_ = false;
 }
@@ -224,6 +229,7 @@ std::size_t FrameDecoder::read_some(std::string_view bytes, const std::function<
     const std::string_view content = message.substr(0, message.size() - kChecksum);
     if (crc32c(content) == number_at<std::uint32_t>(content.data() + content.size())) {
       in_garbage_ = false;
+      message_end_ = done_ + done + message.size();
       if (!read_frame(content, take)) {
         skip(message, message.size(), "names, a rate or flags that cannot be");
         in_garbage_ = false;

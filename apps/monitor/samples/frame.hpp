@@ -56,6 +56,8 @@ class FrameDecoder {
   void finish();
 
   [[nodiscard]] std::uint64_t skipped_bytes() const noexcept { return skipped_; }
+  /// Bytes of the stream up to the end of the message that is being taken.
+  [[nodiscard]] std::uint64_t message_end() const noexcept { return message_end_; }
 
  private:
   std::size_t read_some(std::string_view bytes, const std::function<void(const Message&)>& take);
@@ -66,8 +68,10 @@ class FrameDecoder {
   std::string rest_;  ///< What is not yet a whole message.
   bool in_garbage_ = false;
   std::uint64_t received_ = 0;  ///< Bytes.
-  std::uint64_t in_vain_ = 0;   ///< Bytes whose checksum was wrong, each time that they were read.
-  std::uint64_t skipped_ = 0;   ///< Bytes that were no message.
+  std::uint64_t done_ = 0;      ///< Bytes before `rest_`.
+  std::uint64_t message_end_ = 0;
+  std::uint64_t in_vain_ = 0;  ///< Bytes whose checksum was wrong, each time that they were read.
+  std::uint64_t skipped_ = 0;  ///< Bytes that were no message.
   std::vector<std::string_view> columns_;
   std::vector<double> values_;
 };

@@ -44,6 +44,11 @@ std::uint64_t Intake::next_for_sender() const {
   return ring_.next_sample() - ring_.sender_offset();
 }
 
+SourcePosition Intake::position() const {
+  const std::lock_guard lock(mutex_);
+  return ring_.source();
+}
+
 Intake::Outcome Intake::add(const Arrival& arrival, const SourcePosition& position) {
   const std::lock_guard lock(mutex_);
   const std::uint64_t samples = arrival.samples(), before = come_before(arrival, position);

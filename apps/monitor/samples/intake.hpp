@@ -74,6 +74,8 @@ class Intake {
 
   /// Index by the sender's count of the sample that is due, all before it being in the ring.
   [[nodiscard]] std::uint64_t next_for_sender() const;
+  /// Where the source stood with the newest sample in the ring.
+  [[nodiscard]] SourcePosition position() const;
   [[nodiscard]] const SampleCounters& counters() const noexcept { return counters_; }
   [[nodiscard]] FaultLog& faults() noexcept { return faults_; }
   [[nodiscard]] const FaultLog& faults() const noexcept { return faults_; }

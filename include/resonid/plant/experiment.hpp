@@ -106,6 +106,10 @@ struct Simulation {
   Truth truth;
 };
 
+/// The loop of the experiment at its start, for who steps it with the excitation and the noise that
+/// simulate_closed_loop() would; for at most the run's duration. Errors are those of check().
+[[nodiscard]] expected<ClosedLoop> make_loop(const ExperimentConfig& config);
+
 /// Runs the experiment, in closed or open loop. `response_hz` are the frequencies of the true response; when
 /// empty, those of a multisine or a stepped sine, else 200 over the excitation's band in even ratio. The same
 /// configuration gives the same samples.

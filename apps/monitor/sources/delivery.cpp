@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+#include "monitor/sources/delivery.hpp"
+
+#include <fmt/core.h>
+
+namespace resonid::monitor {
+
+Intake* Delivery::find(std::string_view axis) const {
+  if (!axis.empty()) return axes_.find(axis);
+  const auto all = axes_.all();
+  return all.size() == 1 ? all.front() : nullptr;
+}
+
+Intake::Outcome Delivery::add(const Arrival& arrival, const SourcePosition& position) {
+  Intake* const intake = find(arrival.axis);
+  if (intake == nullptr) {
+    messages_.fetch_add(1, std::memory_order_relaxed);
+    unknown_.fetch_add(1, std::memory_order_relaxed);
+    faults_.note(Fault::axis, arrival.axis.empty()
+                                  ? std::string("samples without an axis; its name is required")
+                                  : fmt::format("samples of '{}'; a configured axis is required",
+                                                printable(arrival.axis)));
+    return Intake::Outcome::refused;
+  }
+  const auto outcome = intake->add(arrival, position);
+  if (outcome != Intake::Outcome::full) messages_.fetch_add(1, std::memory_order_relaxed);
+  return outcome;
+}
+
+void Delivery::drop(const Arrival& arrival) {
+  messages_.fetch_add(1, std::memory_order_relaxed);
+  count_lost(1);
+  if (Intake* const intake = find(arrival.axis)) intake->lost(arrival.samples());
+}
+
+FaultLog& Delivery::faults() const {
+  const auto all = axes_.all();
+  return all.size() == 1 ? all.front()->faults() : faults_;
+}
+
+SourceStatus Delivery::status() const {
+  SourceStatus status;
+  status.messages = messages_.load(std::memory_order_relaxed);
+  status.bytes = bytes_.load(std::memory_order_relaxed);
+  status.lost = lost_.load(std::memory_order_relaxed);
+  status.unknown = unknown_.load(std::memory_order_relaxed);
+  const auto tell = [&](const FaultLog& log) {
+    for (const auto& [kind, name] : kFaultNames)
+      if (log.count(kind) > 0)
+        status.text += fmt::format("{}{} ({}): {}", status.text.empty() ? "" : "; ", name, log.count(kind),
+                                   log.example(kind));
+  };
+  tell(faults_);
+  if (const FaultLog& only = faults(); &only != &faults_) tell(only);
+  return status;
+}
+
+}  // namespace resonid::monitor

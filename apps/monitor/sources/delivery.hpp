@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <string>
+
+#include "monitor/sources/source.hpp"
+
+namespace resonid::monitor {
+
+/// Gives what a source decoded to the intakes of its axes, and counts. For any thread.
+class Delivery {
+ public:
+  explicit Delivery(Axes& axes) : axes_(axes) {}
+
+  /// The intake of an axis, of the only one where `axis` is empty; nothing where none is configured.
+  [[nodiscard]] Intake* find(std::string_view axis) const;
+  /// As Intake::add(). Of an axis that nobody configured: refused, and counted as unknown.
+  [[nodiscard]] Intake::Outcome add(const Arrival& arrival, const SourcePosition& position = {});
+  /// What arrived cannot be taken and will not come again.
+  void drop(const Arrival& arrival);
+
+  void count_bytes(std::uint64_t bytes) noexcept { bytes_.fetch_add(bytes, std::memory_order_relaxed); }
+  void count_lost(std::uint64_t messages) noexcept { lost_.fetch_add(messages, std::memory_order_relaxed); }
+  [[nodiscard]] Axes& axes() const noexcept { return axes_; }
+  /// For what is wrong before it is known which axis it is of: the log of the only axis, where there is one.
+  [[nodiscard]] FaultLog& faults() const;
+  /// The counters, and as text the faults with their newest examples.
+  [[nodiscard]] SourceStatus status() const;
+
+ private:
+  Axes& axes_;
+  mutable FaultLog faults_;
+  std::atomic<std::uint64_t> messages_{0}, bytes_{0}, lost_{0}, unknown_{0};
+};
+
+}  // namespace resonid::monitor

@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: MIT
+#include "monitor/sources/file_source.hpp"
+
+#include <fcntl.h>
+#include <fmt/core.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "monitor/sources/thread_source.hpp"
+
+namespace resonid::monitor {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kOpenAgain_s = 0.05, kOpenAgainAtMost_s = 1.0;
+constexpr std::size_t kBlock = 65'536;
+constexpr std::uint64_t kMostTruncations = 1'000'000;  // a later birth is another file
+
+/// A file as it lies on its disk, whatever its name.
+struct FileIdentity {
+  std::uint64_t device = 0, inode = 0;
+  std::uint64_t birth_ns = 0;  ///< 0: the file system does not tell.
+  std::uint64_t size = 0;      ///< Now.
+
+  [[nodiscard]] bool is(const FileIdentity& other) const noexcept {
+    return device == other.device && inode == other.inode && birth_ns == other.birth_ns;
+  }
+  [[nodiscard]] bool is_of(const SourcePosition& position) const noexcept {
+    return position.word[0] == device && position.word[1] == inode && position.word[2] >= birth_ns &&
+           position.word[2] - birth_ns <= kMostTruncations;
+  }
+};
+
+/// Of a regular file; `code` tells why there is none.
+std::optional<FileIdentity> identity_of(int folder, const char* path, int flags, int& code) {
+  struct ::statx status {};
+  code = 0;
+  if (::statx(folder, path, flags, STATX_BASIC_STATS | STATX_BTIME, &status) != 0) {
+    code = errno;
+    return std::nullopt;
+  }
+  if (!S_ISREG(status.stx_mode)) return std::nullopt;
+  FileIdentity identity{::makedev(status.stx_dev_major, status.stx_dev_minor), status.stx_ino, 0,
+                        status.stx_size};
+  if ((status.stx_mask & STATX_BTIME) != 0)
+    identity.birth_ns =
+        static_cast<std::uint64_t>(status.stx_btime.tv_sec) * 1'000'000'000U + status.stx_btime.tv_nsec;
+  return identity;
+}
+
+std::optional<FileIdentity> identity_of(const fs::path& path) {
+  int code = 0;
+  return identity_of(AT_FDCWD, path.c_str(), 0, code);
+}
+
+struct NamedFile {
+  fs::path path;
+  FileIdentity identity;
+};
+
+/// The file and what it was renamed to.
+std::vector<NamedFile> generations_of(const fs::path& path) {
+  std::vector<NamedFile> all;
+  if (const auto identity = identity_of(path)) all.push_back({path, *identity});
+  const std::string name = path.filename().string();
+  std::error_code code;
+  const fs::path folder = path.parent_path();
+  for (fs::directory_iterator entry(folder.empty() ? "." : folder, code), end; !code && entry != end;
+       entry.increment(code)) {
+    const std::string other = entry->path().filename().string();
+    if (other.size() <= name.size() || !other.starts_with(name) ||
+        other.find_first_not_of("0123456789.-_T", name.size()) != std::string::npos)
+      continue;
+    if (const auto identity = identity_of(entry->path())) all.push_back({entry->path(), *identity});
+  }
+  return all;
+}
+
+class FileSource final : public ThreadSource {
+ public:
+  FileSource(FileSettings settings, Axes& axes)
+      : ThreadSource(axes), settings_(std::move(settings)), decoder_(settings_.format, delivery_.faults()) {}
+  ~FileSource() override { stop(); }
+  [[nodiscard]] std::string_view promise() const noexcept override {
+    return "Nothing is lost when the process is killed, as long as the file and those it was renamed to are "
+           "there.";
+  }
+
+ private:
+  void run() override {
+    Backoff backoff(kOpenAgain_s, kOpenAgainAtMost_s);
+    while (!stopping()) {
+      const auto next = file_ ? successor() : resume();
+      if (next && open(*next)) {
+        backoff.reset();
+        set_state(SourceState::running);
+        follow();
+        continue;
+      }
+      if (!next) set_state(SourceState::waiting, why_none());
+      static_cast<void>(wait(backoff.next_s()));
+    }
+  }
+
+  std::string why_none() const {
+    int code = 0;
+    const bool there = identity_of(AT_FDCWD, settings_.path.c_str(), 0, code).has_value();
+    const std::string why = code != 0 ? system_error_text(code) : there ? "" : "a regular file is required";
+    return fmt::format("for '{}'{}{}", settings_.path.string(), why.empty() ? "" : ": ", why);
+  }
+
+  /// The oldest file in which an axis stands; where there is none, the first that is not known.
+  std::optional<NamedFile> resume() const {
+    std::optional<NamedFile> oldest;
+    for (const NamedFile& file : generations_of(settings_.path))
+      if (stands_in(file.identity) && (!oldest || file.identity.birth_ns < oldest->identity.birth_ns ||
+                                       (file.identity.birth_ns == 0 && file.path != settings_.path)))
+        oldest = file;
+    return oldest ? oldest : successor();
+  }
+  bool stands_in(const FileIdentity& file) const {
+    const auto all = delivery_.axes().all();
+    return std::any_of(all.begin(), all.end(),
+                       [&](const Intake* intake) { return file.is_of(intake->position()); });
+  }
+
+  /// The file that was made next after this one, or after those in which the axes stood; where that is not
+  /// known, the one that has the name now.
+  std::optional<NamedFile> successor() const {
+    std::optional<NamedFile> best;
+    std::uint64_t after_ns = identity_.birth_ns;
+    for (const NamedFile& file : generations_of(settings_.path)) {
+      const FileIdentity& other = file.identity;
+      if (file_ && other.is(identity_)) continue;
+      if (file.path == settings_.path) {  // comes first
+        best = file;
+        if (!file_)
+          for (const Intake* intake : delivery_.axes().all())
+            if (const auto position = intake->position(); position.word[0] == other.device)
+              after_ns = std::max(after_ns, position.word[2]);
+      } else if (best && after_ns > 0 && other.birth_ns > after_ns &&
+                 other.birth_ns < best->identity.birth_ns) {
+        best = file;
+      }
+    }
+    return best;
+  }
+
+  bool open(const NamedFile& file) {
+    Descriptor opened(::open(file.path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    int code = errno;
+    const auto identity =
+        opened ? identity_of(opened.get(), "", AT_EMPTY_PATH, code) : std::optional<FileIdentity>();
+    if (!identity) {
+      set_state(SourceState::waiting,
+                fmt::format("cannot open '{}': {}", file.path.string(), system_error_text(code)));
+      return false;
+    }
+    if (!identity->is(file.identity)) return false;  // renamed meanwhile
+    file_ = std::move(opened);
+    identity_ = *identity;
+    generation_ = identity_.birth_ns;
+    offset_ = 0;
+    ahead_.clear();
+    const auto newest = identity_of(settings_.path);
+    std::vector<SourcePosition> stands;
+    for (Intake* intake : delivery_.axes().all()) {
+      const SourcePosition position = intake->position();
+      if (identity_.is_of(position)) {
+        stands.push_back(position);
+        generation_ = std::max(generation_, position.word[2]);
+      } else if (position.word[0] == identity_.device &&
+                 ((identity_.birth_ns > 0 && position.word[2] > identity_.birth_ns) ||
+                  (newest && !newest->is(identity_) && newest->is_of(position)))) {
+        ahead_.insert(intake);
+      }
+    }
+    std::uint64_t from = stands.empty() ? 0 : UINT64_MAX;
+    for (const SourcePosition& position : stands)
+      from = std::min(from, position.word[2] == generation_ ? position.word[3] : 0);
+    if (from > identity_.size) {
+      ++generation_;  // truncated while nobody looked
+      from = 0;
+    }
+    decoder_.seek(0);
+    if (from > 0) go_to(from);
+    return true;
+  }
+
+  /// Goes on at the beginning of a line there, with the names of columns that the first lines tell.
+  void go_to(std::uint64_t byte) {
+    offset_ = byte;
+    if (std::holds_alternative<TextSettings>(settings_.format)) {
+      bool samples = false;
+      const std::string_view first = read(0);
+      std::string_view lines = first.substr(0, std::min<std::uint64_t>(byte, first.size()));
+      while (!samples && lines.find('\n') != std::string_view::npos) {
+        const std::string_view line = lines.substr(0, lines.find('\n') + 1);
+        decoder_.add(line, [&](const Message&) { samples = true; });
+        lines.remove_prefix(line.size());
+      }
+      while (offset_ > 0) {
+        const std::uint64_t begin = offset_ - std::min<std::uint64_t>(offset_, kBlock);
+        const std::string_view block = read(begin).substr(0, offset_ - begin);
+        const std::size_t end = block.rfind('\n');
+        offset_ = begin + (end == std::string_view::npos ? 0 : end + 1);
+        if (end != std::string_view::npos || byte - offset_ > kLongestLine) break;
+      }
+    }
+    decoder_.seek(offset_);
+  }
+
+  std::string_view read(std::uint64_t from) {
+    ::ssize_t bytes = 0;
+    do bytes = ::pread(file_.get(), buffer_.data(), buffer_.size(), static_cast<::off_t>(from));
+    while (bytes < 0 && errno == EINTR);
+    read_error_ = bytes < 0 ? errno : 0;
+    return {buffer_.data(), static_cast<std::size_t>(std::max<::ssize_t>(bytes, 0))};
+  }
+
+  /// Until there is another file in its place, or it cannot be read.
+  void follow() {
+    bool replaced = false;
+    while (!stopping()) {
+      const std::string_view bytes = read(offset_);
+      if (read_error_ != 0) {
+        set_state(SourceState::waiting, fmt::format("cannot read '{}': {}", settings_.path.string(),
+                                                    system_error_text(read_error_)));
+        file_.close();  // to be opened again where the rings stand
+        static_cast<void>(wait(kOpenAgainAtMost_s));
+        return;
+      }
+      if (!bytes.empty()) {
+        offset_ += bytes.size();
+        delivery_.count_bytes(bytes.size());
+        decoder_.add(bytes, [this](const Message& message) { take(message); });
+        set_state(SourceState::running);
+        continue;
+      }
+      if (replaced) {  // and read to its end since
+        decoder_.finish([this](const Message& message) { take(message); });
+        return;
+      }
+      int code = 0;
+      const auto now = identity_of(file_.get(), "", AT_EMPTY_PATH, code);
+      if (now && now->size < offset_) {
+        ++generation_;
+        offset_ = 0;
+        decoder_.seek(0);
+        continue;
+      }
+      // An empty one may have been made for a writer that still writes the old one.
+      const auto named = identity_of(settings_.path);
+      replaced = named && !named->is(identity_) && named->size > 0;
+      if (!replaced) static_cast<void>(wait(settings_.poll_s));
+    }
+  }
+
+  void take(const Message& message) {
+    const auto* arrival = std::get_if<Arrival>(&message);
+    if (arrival == nullptr) return;
+    if (!ahead_.empty() && ahead_.contains(delivery_.find(arrival->axis))) return;
+    static_cast<void>(
+        deliver(*arrival, {{identity_.device, identity_.inode, generation_, decoder_.end_of(*arrival)}}));
+  }
+
+  const FileSettings settings_;
+  Decoder decoder_;
+  Descriptor file_;
+  FileIdentity identity_;
+  std::uint64_t generation_ = 0;  ///< Word 2 of the position.
+  std::uint64_t offset_ = 0;      ///< Of the next byte to read.
+  std::set<Intake*> ahead_;       ///< Axes that stand in a later file.
+  std::array<char, kBlock> buffer_;
+  int read_error_ = 0;
+};
+
+}  // namespace
+
+expected<std::unique_ptr<Source>, Error> make_file_source(FileSettings settings, Axes& axes) {
+  if (settings.path.empty()) return refuse("path", "must be the name of a file");
+  if (!(settings.poll_s > 0.0)) return refuse("poll_s", "must be > 0", settings.poll_s);
+  return std::make_unique<FileSource>(std::move(settings), axes);
+}
+
+}  // namespace resonid::monitor

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <resonid/base/expected.hpp>
+
+#include "monitor/sources/decoder.hpp"
+#include "monitor/sources/source.hpp"
+
+namespace resonid::monitor {
+
+struct FileSettings {
+  std::filesystem::path path;
+  Format format = TextSettings{};
+  double poll_s = 0.02;  ///< Between looks at a file that has not grown.
+};
+
+/// Follows a file that others write, from its beginning on, and through its rotation: one that is renamed
+/// (to NAME.1, NAME-20260921 and the like in the same folder) is read to its end before the next one, one
+/// that is truncated from its beginning. Goes on where its axes' rings stand, also in a file that was renamed
+/// meanwhile. Names of CSV columns are looked for in the first lines of the file. While an intake is full
+/// nothing is read.
+///
+/// Position: device, inode, time of birth (ns; 0 where the file system does not know) plus the number of
+/// truncations, byte.
+///
+/// Errors: no path; poll_s not > 0.
+[[nodiscard]] expected<std::unique_ptr<Source>, Error> make_file_source(FileSettings settings, Axes& axes);
+
+}  // namespace resonid::monitor

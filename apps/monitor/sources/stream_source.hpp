@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <memory>
+#include <resonid/base/expected.hpp>
+
+#include "monitor/sources/decoder.hpp"
+#include "monitor/sources/source.hpp"
+
+namespace resonid::monitor {
+
+struct StreamSettings {
+  Format format = TextSettings{};
+  int descriptor = 0;  ///< Standard input; stays open when the source ends.
+};
+
+/// Reads a pipe until it is closed. While an intake is full nothing is read, so that the writer waits.
+/// Errors: a descriptor that is negative.
+[[nodiscard]] expected<std::unique_ptr<Source>, Error> make_stream_source(StreamSettings settings,
+                                                                          Axes& axes);
+
+}  // namespace resonid::monitor

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: MIT
+#include "monitor/sources/file_source.hpp"
+
+#include <fstream>
+
+#include "installation.hpp"
+
+namespace resonid::monitor {
+namespace {
+
+namespace fs = std::filesystem;
+using test::TemporaryFolder;
+
+class FileSourceTest : public ::testing::Test {
+ protected:
+  std::unique_ptr<Source> started(Axes& axes, Format format = TextSettings{}) {
+    auto source = required(make_file_source({path_, std::move(format), 0.002}, axes));
+    source->start();
+    return source;
+  }
+  void append(std::string_view text, const fs::path& path) const {
+    std::ofstream(path, std::ios::binary | std::ios::app) << text;
+  }
+  void append(std::string_view text) const { append(text, path_); }
+  /// A birth is known to a few milliseconds only.
+  static void later() { pause_ms(20); }
+
+  const TemporaryFolder folder_;
+  const fs::path path_ = folder_ / "x.csv";
+};
+
+TEST_F(FileSourceTest, FollowsAFileThatGrowsByHalfLines) {
+  Installation axes(folder_.path(), {"x"});
+  const auto source = started(axes);
+  ASSERT_TRUE(eventually([&] { return source->status().state == SourceState::waiting; }));
+  EXPECT_NE(source->status().text.find("No such file"), std::string::npos) << source->status().text;
+  append("u,y\n0,0\n0.");
+  ASSERT_TRUE(eventually([&] { return axes.end("x") == 1; }));
+  append("5,-1\n1,-");
+  ASSERT_TRUE(eventually([&] { return axes.end("x") == 2; }));
+  append("2\n");
+  ASSERT_TRUE(eventually([&] { return axes.end("x") == 3; }));
+  axes.expect_exactly("x", 3);
+  EXPECT_EQ(source->status().state, SourceState::running);
+}
+
+TEST_F(FileSourceTest, GoesOnWhereTheRingStandsWithTheNamesOfTheFirstLine) {
+  append("# a comment\ny,u\n");
+  for (int k = 0; k < 20'000; ++k) append(std::to_string(-k) + "," + std::to_string(0.5 * k) + "\n");
+  {
+    Installation axes(folder_.path(), {"x"});
+    const auto source = started(axes);
+    ASSERT_TRUE(eventually([&] { return axes.end("x") == 20'000; }));
+  }
+  append("-20000,10000\n-20001,1000");
+  Installation axes(folder_.path(), {"x"});
+  const auto source = started(axes);
+  ASSERT_TRUE(eventually([&] { return axes.end("x") == 20'001; }));
+  append("0.5\n");
+  ASSERT_TRUE(eventually([&] { return axes.end("x") == 20'002; }));
+  axes.expect_exactly("x", 20'002);
+  EXPECT_LT(source->status().bytes, 1000U);
+}
+
+TEST_F(FileSourceTest, ReadsARenamedFileToItsEndBeforeTheNext) {
+  Installation axes(folder_.path(), {"x"});
+  append("u,y\n" + lines_of(0, 10));
+  const auto source = started(axes);
+  ASSERT_TRUE(eventually([&] { return axes.end("x") == 10; }));
+  fs::rename(path_, folder_ / "x.csv.1");
+  append("");  // made for the writer, who still writes the other one
+  later();
+  append(lines_of(10, 5), folder_ / "x.csv.1");
+  ASSERT_TRUE(eventually([&] { return axes.end("x") == 15; }));
+  append(lines_of(15, 5), folder_ / "x.csv.1");
+  append(lines_of(20, 5));
+  ASSERT_TRUE(eventually([&] { return axes.end("x") == 25; }));
+  append("u,y\n" + lines_of(25, 5));
+  ASSERT_TRUE(eventually([&] { return axes.end("x") == 30; }));
+  axes.expect_exactly("x", 30);
+}
+
+TEST_F(FileSourceTest, ReadsEveryFileThatWasRenamedWhileNobodyLooked) {
+  append("u,y\n" + lines_of(0, 100), folder_ / "x.csv.7");  // of long ago, and known to nobody
+  later();
+  append("u,y\n" + lines_of(0, 10));
+  {
+    Installation axes(folder_.path(), {"x"});
+    const auto source = started(axes);
+    ASSERT_TRUE(eventually([&] { return axes.end("x") == 10; }));
+  }
+  append(lines_of(10, 10));
+  fs::rename(path_, folder_ / "x.csv.2");
+  later();
+  append("u,y\n" + lines_of(20, 10));
+  fs::rename(path_, folder_ / "x.csv.1");
+  later();
+  append("u,y\n" + lines_of(30, 10));
+  append("a copy by hand\n", folder_ / "x.csv.bak");
+  Installation axes(folder_.path(), {"x"});
+  const auto source = started(axes);
+  ASSERT_TRUE(eventually([&] { return axes.end("x") == 40; }));
+  axes.expect_exactly("x", 40);
+}
+
+TEST_F(FileSourceTest, BeginsAnewAfterTruncationWhetherItLooksOrNot) {
+  Installation axes(folder_.path(), {"x"});
+  append("u,y\n" + lines_of(0, 10) + "77,7");
+  {
+    const auto source = started(axes);
+    ASSERT_TRUE(eventually([&] { return axes.end("x") == 10; }));
+    fs::resize_file(path_, 0);
+    later();
+    append("u,y\n" + lines_of(10, 3));
+    ASSERT_TRUE(eventually([&] { return axes.end("x") == 13; }));
+    append(lines_of(13, 7));
+    ASSERT_TRUE(eventually([&] { return axes.end("x") == 20; }));
+  }
+  fs::resize_file(path_, 0);
+  append("u,y\n" + lines_of(20, 2));
+  const auto source = started(axes);
+  ASSERT_TRUE(eventually([&] { return axes.end("x") == 22; }));
+  append(lines_of(22, 20));
+  ASSERT_TRUE(eventually([&] { return axes.end("x") == 42; }));
+  axes.expect_exactly("x", 42);
+}
+
+TEST_F(FileSourceTest, GivesEachOfSeveralAxesWhatItLacks) {
+  const TextSettings format{TextFormat::csv, {"axis", "u", "y"}};
+  const auto line = [](const char* axis, std::uint64_t k) { return std::string(axis) + "," + line_of(k); };
+  append(line("a", 0) + line("b", 0) + line("a", 1));
+  {
+    Installation axes(folder_.path(), {"a", "b"});
+    const auto source = started(axes, format);
+    ASSERT_TRUE(eventually([&] { return axes.end("a") == 2 && axes.end("b") == 1; }));
+    fs::rename(path_, folder_ / "x.csv.1");
+    later();
+    append(line("a", 2));
+    ASSERT_TRUE(eventually([&] { return axes.end("a") == 3; }));
+  }
+  append(line("b", 1) + line("a", 3));
+  Installation axes(folder_.path(), {"a", "b"});
+  const auto source = started(axes, format);
+  ASSERT_TRUE(eventually([&] { return axes.end("a") == 4 && axes.end("b") == 2; }));
+  axes.expect_exactly("a", 4);
+  axes.expect_exactly("b", 2);
+}
+
+TEST_F(FileSourceTest, GoesOnAmongFramesAndBehindGarbage) {
+  append(frame_of("x", 0, 10) + "RSN1 is no frame" + frame_of("x", 10, 5));
+  {
+    Installation axes(folder_.path(), {"x"});
+    const auto source = started(axes, Frames{});
+    ASSERT_TRUE(eventually([&] { return axes.end("x") == 15; }));
+    EXPECT_EQ(axes.intake("x").faults().count(Fault::format), 1U);
+  }
+  const std::string frame = frame_of("x", 15, 5);
+  append(frame.substr(0, 50));
+  Installation axes(folder_.path(), {"x"});
+  const auto source = started(axes, Frames{});
+  pause_ms(20);
+  append(frame.substr(50));
+  ASSERT_TRUE(eventually([&] { return axes.end("x") == 20; }));
+  axes.expect_exactly("x", 20);
+  EXPECT_EQ(axes.intake("x").counters().duplicate, 0U);
+  EXPECT_EQ(source->status().bytes, frame.size());
+}
+
+TEST_F(FileSourceTest, TakesADocumentOfWhichARingHasAHalfFromTheBeginningOfItsLine) {
+  // An object's samples end at bytes of its line one after the other, the last with it.
+  append("{\"u\":[0,0.5,1],\"y\":[0,-1,-2]}\n");
+  Installation axes(folder_.path(), {"x"});
+  {
+    const auto source = started(axes, TextSettings{TextFormat::json});
+    ASSERT_TRUE(eventually([&] { return axes.end("x") == 3; }));
+  }
+  append("{\"u\":[1.5,2],\"y\":[-3,-4]}\n");
+  const auto source = started(axes, TextSettings{TextFormat::json});
+  ASSERT_TRUE(eventually([&] { return axes.end("x") == 5; }));
+  axes.expect_exactly("x", 5);
+}
+
+TEST_F(FileSourceTest, WaitsForAFileWhereThereIsAFolder) {
+  fs::create_directory(path_);
+  Installation axes(folder_.path(), {"x"});
+  const auto source = started(axes);
+  ASSERT_TRUE(eventually([&] { return source->status().state == SourceState::waiting; }));
+  EXPECT_NE(source->status().text.find("a regular file is required"), std::string::npos)
+      << source->status().text;
+  fs::remove(path_);
+  append("u,y\n" + lines_of(0, 1));
+  ASSERT_TRUE(eventually([&] { return axes.end("x") == 1; }));
+}
+
+TEST_F(FileSourceTest, RefusesSettingsThatCannotBe) {
+  Installation axes(folder_.path(), {});
+  RESONID_EXPECT_MESSAGE(make_file_source({}, axes), "path");
+  RESONID_EXPECT_MESSAGE(make_file_source({path_, TextSettings{}, 0.0}, axes), "poll_s");
+}
+
+}  // namespace
+}  // namespace resonid::monitor
