@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+#include "monitor/brokers/mqtt_source.hpp"
+
+#include <fmt/core.h>
+#include <mosquitto.h>
+
+#include <mutex>
+
+namespace resonid::monitor {
+namespace {
+
+constexpr int kFirstRefusal = 128;  // of the codes that a broker answers a subscription with
+
+class MqttSource final : public Source {
+ public:
+  MqttSource(MqttSourceSettings settings, Axes& axes)
+      : feed_(axes, std::move(settings.topics), kMqttTopics),
+        client_(std::move(settings.broker), handlers()) {}
+  ~MqttSource() override { MqttSource::stop(); }
+
+  void start() override {
+    if (const auto started = client_.start(); !started)
+      set(SourceState::failed, started.error().requirement.str());
+  }
+  void stop() override {
+    feed_.stop();
+    client_.stop();
+  }
+  [[nodiscard]] SourceStatus status() const override {
+    SourceStatus status = feed_.status();
+    const std::lock_guard lock(mutex_);
+    status.state = state_;
+    for (const std::string& text : {refused_, text_})
+      if (!text.empty()) status.text = status.text.empty() ? text : fmt::format("{}; {}", text, status.text);
+    return status;
+  }
+  [[nodiscard]] std::string_view promise() const noexcept override {
+    return "nothing, as long as the broker keeps the session and its queue has room; what comes twice is "
+           "left out "
+           "where samples have an index";
+  }
+
+ private:
+  MqttClient::Handlers handlers() {
+    MqttClient::Handlers handlers;
+    handlers.connected = [this](bool session) { connected(session); };
+    handlers.waiting = [this](const std::string& why) { set(SourceState::waiting, why); };
+    handlers.message = [this](std::string_view topic, std::string_view payload) { message(topic, payload); };
+    handlers.subscribed = [this](int, std::span<const int> granted) { subscribed(granted); };
+    return handlers;
+  }
+
+  void set(SourceState state, std::string text) {
+    const std::lock_guard lock(mutex_);
+    state_ = state;
+    text_ = std::move(text);
+  }
+
+  void connected(bool session) {
+    std::vector<std::string> filters;
+    for (const auto& topic : feed_.topics()) filters.push_back(topic.filter);
+    const auto sent = client_.subscribe(filters, 1);
+    if (!sent) return set(SourceState::waiting, sent.error().requirement.str());
+    set(SourceState::running, had_session_ && !session
+                                  ? "the broker had forgotten the session: what was sent meanwhile is lost"
+                                  : "");
+    had_session_ = true;
+  }
+
+  /// A broker that refuses a subscription goes on serving the others.
+  void subscribed(std::span<const int> granted) {
+    std::string refused;
+    const auto topics = feed_.topics();
+    for (std::size_t k = 0; k < std::min(granted.size(), topics.size()); ++k)
+      if (granted[k] >= kFirstRefusal)
+        refused += fmt::format("{}the broker refuses to tell of '{}'", refused.empty() ? "" : "; ",
+                               topics[k].filter);
+    const std::lock_guard lock(mutex_);
+    refused_ = std::move(refused);
+  }
+
+  void message(std::string_view topic, std::string_view payload) {
+    const std::string name(topic);
+    const auto topics = feed_.topics();
+    for (std::size_t k = 0; k < topics.size(); ++k) {
+      bool matches = false;
+      mosquitto_topic_matches_sub(topics[k].filter.c_str(), name.c_str(), &matches);
+      if (!matches) continue;
+      if (feed_.stopping() || !feed_.take(k, topic, payload)) client_.refuse();
+      return;
+    }
+    feed_.count_unknown(topic, "was subscribed to before; a new client id is required to forget it");
+  }
+
+  Feed feed_;
+  MqttClient client_;
+  bool had_session_ = false;
+  mutable std::mutex mutex_;
+  SourceState state_ = SourceState::starting;
+  std::string text_, refused_;
+};
+
+}  // namespace
+
+expected<std::unique_ptr<Source>, Error> make_mqtt_source(MqttSourceSettings settings, Axes& axes) {
+  if (settings.broker.client_id.empty())
+    return refuse("client_id", "a client id is required, by which the broker knows its session");
+  if (settings.topics.empty()) return refuse("topics", "at least one filter of topics is required");
+  for (const auto& topic : settings.topics)
+    if (topic.filter.empty() || mosquitto_sub_topic_check(topic.filter.c_str()) != MOSQ_ERR_SUCCESS)
+      return refuse("topics",
+                    fmt::format("'{}' is no filter of topics; one like machines/+/samples is required",
+                                printable(topic.filter)));
+  return std::make_unique<MqttSource>(std::move(settings), axes);
+}
+
+}  // namespace resonid::monitor

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+#include "monitor/brokers/nats_source.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+
+#include "monitor/brokers/broker_source.hpp"
+#include "monitor/brokers/nats_handles.hpp"
+#include "monitor/brokers/nats_subject.hpp"
+
+namespace resonid::monitor {
+namespace {
+
+constexpr double kLook_s = 0.1;  // from one look at the counters to the next
+
+class NatsSource final : public BrokerSource {
+ public:
+  NatsSource(NatsSourceSettings settings, Axes& axes)
+      : BrokerSource(axes, settings.subjects, kNatsSubjects), settings_(std::move(settings)) {}
+  ~NatsSource() override { NatsSource::stop(); }
+
+  [[nodiscard]] std::string_view promise() const noexcept override {
+    return "what is sent while the process or the connection is down, and what waits in memory when it is "
+           "killed";
+  }
+
+ private:
+  /// One filter; the library calls for it on a thread of its own.
+  struct Subscription {
+    NatsSource* source = nullptr;
+    std::size_t topic = 0;
+    NatsSubscription handle;
+    std::int64_t dropped = 0;
+    bool ended = false;
+  };
+
+  [[nodiscard]] std::string run() override {
+    const auto connection = NatsConnection::open(settings_.servers);
+    if (!connection)
+      return fmt::format("{}: {}", connection.error().where.view(), connection.error().requirement.view());
+    std::vector<Subscription> subscriptions(settings_.subjects.size());
+    std::string why = follow(**connection, subscriptions);
+    for (auto& subscription : subscriptions)
+      if (subscription.handle) natsSubscription_Unsubscribe(subscription.handle.get());
+    std::unique_lock lock(ending_);
+    ended_.wait(lock, [&] {
+      return std::all_of(subscriptions.begin(), subscriptions.end(),
+                         [](const Subscription& s) { return s.ended || !s.handle; });
+    });
+    return why;
+  }
+
+  [[nodiscard]] std::string follow(NatsConnection& connection, std::vector<Subscription>& subscriptions) {
+    for (std::size_t k = 0; k < subscriptions.size(); ++k)
+      if (const natsStatus status = subscribe(connection, k, subscriptions[k]); status != NATS_OK)
+        return nats_text(status);
+    std::string error;
+    while (!stopping()) {
+      if (connection.closed()) return error.empty() ? "the server has closed the connection" : error;
+      if (auto newest = connection.take_error(); !newest.empty()) error = std::move(newest);
+      set(connection.connected() ? SourceState::running : SourceState::waiting,
+          connection.connected() || !error.empty() ? error : "no server answers");
+      wait(kLook_s);
+      for (auto& subscription : subscriptions) count_dropped(subscription);
+    }
+    return {};
+  }
+
+  [[nodiscard]] natsStatus subscribe(NatsConnection& connection, std::size_t topic,
+                                     Subscription& subscription) {
+    subscription.source = this;
+    subscription.topic = topic;
+    natsStatus status = nats_read(subscription.handle, [&](natsSubscription** handle) {
+      return natsConnection_Subscribe(handle, connection.get(), settings_.subjects[topic].filter.c_str(),
+                                      on_message, &subscription);
+    });
+    if (status != NATS_OK) return status;
+    natsSubscription* const handle = subscription.handle.get();
+    status = natsSubscription_SetPendingLimits(handle, settings_.most_messages, settings_.most_bytes);
+    if (const natsStatus told = natsSubscription_SetOnCompleteCB(handle, on_end, &subscription);
+        told != NATS_OK) {
+      subscription.ended = true;  // it was closed before
+      return told;
+    }
+    return status;
+  }
+
+  void count_dropped(Subscription& subscription) {
+    std::int64_t dropped = 0;
+    if (natsSubscription_GetDropped(subscription.handle.get(), &dropped) != NATS_OK) return;
+    feed_.count_lost(static_cast<std::uint64_t>(dropped - subscription.dropped));
+    subscription.dropped = dropped;
+  }
+
+  static void on_message(natsConnection*, natsSubscription*, natsMsg* raw, void* closure) {
+    const NatsMessage message(raw);
+    const auto& subscription = *static_cast<Subscription*>(closure);
+    Feed& feed = subscription.source->feed_;
+    if (feed.stopping() || !feed.take(subscription.topic, natsMsg_GetSubject(raw), payload_of(raw)))
+      feed.count_lost(1);
+  }
+
+  static void on_end(void* closure) {
+    auto& subscription = *static_cast<Subscription*>(closure);
+    NatsSource& source = *subscription.source;
+    const std::lock_guard lock(source.ending_);
+    subscription.ended = true;
+    source.ended_.notify_all();
+  }
+
+  NatsSourceSettings settings_;
+  std::mutex ending_;
+  std::condition_variable ended_;
+};
+
+}  // namespace
+
+expected<std::unique_ptr<Source>, Error> make_nats_source(NatsSourceSettings settings, Axes& axes) {
+  if (settings.subjects.empty()) return refuse("subjects", "at least one filter of subjects is required");
+  for (const auto& subject : settings.subjects)
+    if (!is_subject_filter(subject.filter))
+      return refuse("subjects",
+                    fmt::format("'{}' is no filter of subjects; one like machines.*.samples is required",
+                                printable(subject.filter)));
+  return std::make_unique<NatsSource>(std::move(settings), axes);
+}
+
+}  // namespace resonid::monitor
