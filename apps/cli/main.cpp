@@ -26,6 +26,7 @@ void add_verbs(CLI::App& app) {
   add_validate(app);
   add_compare(app);
   add_tune(app);
+  add_monitor(app);
   add_demo(app);
   add_reproduce(app);
   add_help(app);
@@ -35,6 +36,7 @@ void add_verbs(CLI::App& app) {
   under("Experiments", {"excite", "simulate", "plan"});
   under("Recordings", {"inspect", "identify", "track", "validate", "compare"});
   under("Control", {"tune"});
+  under("Running machines", {"monitor"});
   under("More", {"demo", "reproduce", "help"});
   add_general_options(app);
   add_profile_options(app);
@@ -61,16 +63,19 @@ int run_resonid(int argc, char** argv) {
     arguments.erase(arguments.begin() + static_cast<std::ptrdiff_t>(at));
     return run_help(app, arguments);
   }
-  return run_program(app, arguments, [&](const std::vector<std::string>& words) {
-    auto all = with_profile(app, words);
-    if (verb == "reproduce") {
-      all.erase(all.begin() + static_cast<std::ptrdiff_t>(at));
-      return run_reproduce(all);
-    }
-    parse(app, all);
-    if (app.get_subcommands().empty()) throw UsageError("a verb is required");
-    return int{kDone};
-  });
+  return run_program(
+      app, arguments,
+      [&](const std::vector<std::string>& words) {
+        auto all = with_profile(app, words);
+        if (verb == "reproduce") {
+          all.erase(all.begin() + static_cast<std::ptrdiff_t>(at));
+          return run_reproduce(all);
+        }
+        parse(app, all);
+        if (app.get_subcommands().empty()) throw UsageError("a verb is required");
+        return int{kDone};
+      },
+      verb != "monitor");  // which ends in its own way
 }
 
 }  // namespace

@@ -98,11 +98,11 @@ void parse(CLI::App& app, const std::vector<std::string>& arguments) {
 }
 
 int run_program(CLI::App& app, const std::vector<std::string>& arguments,
-                const std::function<int(const std::vector<std::string>&)>& run) {
+                const std::function<int(const std::vector<std::string>&)>& run, bool ends_on_signals) {
   keep_memory();
   quieten_solver();
   settle_output(arguments);
-  end_on_signals();
+  if (ends_on_signals) end_on_signals();
   try {
     const int code = run(arguments);
     tell_profile();

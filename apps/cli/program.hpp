@@ -15,7 +15,8 @@ namespace resonid::cli {
 /// or input that cannot be read, 3 not trusted where that is required, 1 anything else, 130 interrupted.
 /// Errors are told on standard error, help on standard output. `app` has its general options.
 [[nodiscard]] int run_program(CLI::App& app, const std::vector<std::string>& arguments,
-                              const std::function<int(const std::vector<std::string>&)>& run);
+                              const std::function<int(const std::vector<std::string>&)>& run,
+                              bool ends_on_signals = true);
 
 /// Parses the arguments, which runs what they ask for.
 void parse(CLI::App& app, const std::vector<std::string>& arguments);

@@ -17,6 +17,7 @@ void add_validate(CLI::App& app);
 void add_compare(CLI::App& app);
 void add_tune(CLI::App& app);
 void add_plan(CLI::App& app);
+void add_monitor(CLI::App& app);
 void add_demo(CLI::App& app);
 void add_reproduce(CLI::App& app);  ///< Lists it; run_reproduce() does it.
 void add_help(CLI::App& app);       ///< Lists it; run_help() does it.

@@ -151,8 +151,9 @@ web::AxisStatus LiveBackend::status_of(std::size_t index, const LiveAxis& live) 
     s.time_s = seconds(live.row_ns) - (std::isfinite(lag_s) ? lag_s : 0.0);
   }
   if (live.newest_ns != 0) {
-    s.age_s = seconds(now - live.newest_ns);
-    s.latency_s = seconds(live.processed_ns - live.newest_ns);
+    // A sender's clock may be ahead of ours.
+    s.age_s = std::max(0.0, seconds(now - live.newest_ns));
+    s.latency_s = std::max(0.0, seconds(live.processed_ns - live.newest_ns));
   }
   s.rate_hz = axis.installed->spec.sample_rate_hz;
   s.sample = live.row.sample;

@@ -106,11 +106,11 @@ template <class Room, class... Estimators>
 expected<void, Error> BasicAxis<Room, Estimators...>::start(const AxisInjection& what) noexcept {
   reset();
   if (auto started = injector_.start(what); !started) return started;
-  using Kind = AxisInjection::Kind;
+  using Injected = AxisInjection::Kind;
   estimator_.visit([&](auto& e) {
     if constexpr (requires { e.settling_samples(); }) {
-      if (what.kind == Kind::chirp || what.kind == Kind::prbs)
-        e.average(true, what.kind == Kind::chirp ? what.sweep_s * sample_rate_hz_ : 0.0);
+      if (what.kind == Injected::chirp || what.kind == Injected::prbs)
+        e.average(true, what.kind == Injected::chirp ? what.sweep_s * sample_rate_hz_ : 0.0);
       steady_after_ = e.settling_samples();
       needs_steady_ = true;
     }

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: MIT
+#include "monitor/service/install.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "monitor/brokers/mqtt_source.hpp"
+#include "monitor/brokers/nats_source.hpp"
+#include "monitor/sources/command_source.hpp"
+#include "monitor/sources/demo_source.hpp"
+#include "monitor/sources/file_source.hpp"
+#include "monitor/sources/stream_source.hpp"
+#include "monitor/sources/tcp_source.hpp"
+#include "monitor/sources/udp_source.hpp"
+#include "monitoring/threshold.hpp"
+
+namespace resonid::monitor {
+namespace {
+
+using Made = expected<std::unique_ptr<Source>, Error>;
+
+Made plain(expected<std::unique_ptr<NetworkSource>, Error> made) {
+  if (!made) return tl::unexpected(std::move(made.error()));
+  return std::unique_ptr<Source>(std::move(*made));
+}
+
+Format format_of(const SourceConfig& c) {
+  TextSettings text;
+  text.columns = c.columns;
+  switch (c.format) {
+    case SampleFormat::frame:
+      return Frames{};
+    case SampleFormat::csv:
+      text.format = TextFormat::csv;
+      break;
+    case SampleFormat::json:
+      text.format = TextFormat::json;
+      break;
+    case SampleFormat::line_protocol:
+      text.format = TextFormat::line_protocol;
+      break;
+  }
+  return text;
+}
+
+TopicSettings topic_of(const SourceConfig& c, const std::string& filter) {
+  TopicSettings topic;
+  topic.filter = filter;
+  topic.columns = c.columns;
+  topic.format = *from_name<PayloadFormat>(name_of(c.format));
+  return topic;
+}
+
+expected<Access, Error> access_of(const Configuration& all, const Connection& c) {
+  Access access;
+  if (!c.user.empty()) {
+    Credentials credentials{c.user, {}};
+    if (!c.password_file.empty()) {
+      auto password = read_secret(all.file(c.password_file));
+      if (!password) return tl::unexpected(std::move(password.error()));
+      credentials.password = std::move(*password);
+    }
+    access.credentials = std::move(credentials);
+  }
+  const auto file = [&](const std::string& name) {
+    return name.empty() ? std::filesystem::path() : all.file(name);
+  };
+  if (c.tls) access.tls = Tls{file(c.ca_file), file(c.certificate_file), file(c.key_file)};
+  return access;
+}
+
+Made make_mqtt(const Configuration& all, const std::string& name, const SourceConfig& c, Axes& axes) {
+  auto access = access_of(all, c.connection);
+  if (!access) return tl::unexpected(std::move(access.error()));
+  const auto at = endpoint(c.connection.address);
+  if (!at) return tl::unexpected(at.error());
+  MqttSourceSettings settings;
+  settings.broker.host = at->host;
+  settings.broker.port = at->port;
+  settings.broker.client_id = c.client_id.empty() ? "resonid-" + name : c.client_id;
+  settings.broker.access = std::move(*access);
+  settings.topics = {topic_of(c, c.topic)};
+  return make_mqtt_source(std::move(settings), axes);
+}
+
+Made make_nats(const Configuration& all, const std::string& name, const SourceConfig& c, Axes& axes) {
+  auto access = access_of(all, c.connection);
+  if (!access) return tl::unexpected(std::move(access.error()));
+  NatsSettings servers;
+  servers.servers = {(c.connection.tls ? "tls://" : "nats://") + c.connection.address};
+  servers.access = std::move(*access);
+  if (c.connection.user.empty() && !c.connection.password_file.empty())
+    servers.token_file = all.file(c.connection.password_file);
+  if (!c.stream.empty()) {
+    JetStreamSourceSettings settings;
+    settings.servers = std::move(servers);
+    settings.stream = c.stream;
+    settings.consumer = c.durable.empty() ? name : c.durable;
+    settings.subjects = topic_of(c, c.subject);
+    return make_jetstream_source(std::move(settings), axes);
+  }
+  NatsSourceSettings settings;
+  settings.servers = std::move(servers);
+  settings.subjects = {topic_of(c, c.subject)};
+  settings.most_messages = static_cast<int>(std::min<std::uint64_t>(c.pending_messages, 1'000'000'000));
+  settings.most_bytes = static_cast<int>(std::min<std::uint64_t>(c.pending_bytes, 2'000'000'000));
+  return make_nats_source(std::move(settings), axes);
+}
+
+Made make_source(const Configuration& all, const std::string& name, const SourceConfig& c, Axes& axes) {
+  switch (c.kind) {
+    case SourceKind::standard_input:
+      return make_stream_source({format_of(c), 0}, axes);
+    case SourceKind::file:
+      return make_file_source({all.file(c.path), format_of(c)}, axes);
+    case SourceKind::tcp: {
+      TcpSettings settings;
+      settings.address = c.connection.address;
+      settings.format = format_of(c);
+      settings.most_connections = static_cast<std::size_t>(c.connections);
+      return plain(make_tcp_source(std::move(settings), axes));
+    }
+    case SourceKind::udp:
+      return plain(
+          make_udp_source({c.connection.address, format_of(c),
+                           static_cast<int>(std::min<std::uint64_t>(c.receive_buffer_bytes, 1'000'000'000))},
+                          axes));
+    case SourceKind::mqtt:
+      return make_mqtt(all, name, c, axes);
+    case SourceKind::nats:
+      return make_nats(all, name, c, axes);
+    case SourceKind::hal: {
+      CommandSettings settings;
+      settings.command = {"halsampler", "-c", std::to_string(c.hal_channel),
+                          "-t"};  // with each sample's number
+      TextSettings text;
+      text.columns = {"sample"};
+      text.columns.insert(text.columns.end(), c.columns.begin(), c.columns.end());
+      settings.format = std::move(text);
+      return make_command_source(std::move(settings), axes);
+    }
+    case SourceKind::demo: {
+      DemoSettings settings;
+      settings.machines = demo_machines();
+      settings.speed = c.speed;
+      return make_demo_source(std::move(settings), axes);
+    }
+  }
+  return tl::unexpected(Error{"kind", "must be one that there is"});
+}
+
+std::string token_of(const Configuration& all, const std::string& file) {
+  if (file.empty()) return {};
+  const auto token = read_secret(all.file(file), kShortestToken);
+  return token ? *token : std::string();
+}
+
+}  // namespace
+
+expected<Installation, Error> installation_of(const Configuration& configuration, std::string version) {
+  Installation all;
+  const auto& m = configuration.monitor;
+  all.data = configuration.file(m.data);
+  all.version = std::move(version);
+  all.false_alarm_interval_s = m.false_alarm_interval_s;
+  all.engine.workers = static_cast<std::size_t>(m.workers);
+  const auto& r = configuration.retention;
+  all.retention.rows_s = r.rows_s;
+  all.retention.hours_s = r.hours_s;
+  all.retention.days_s = r.days_s;
+  all.retention.evidence_s = r.evidence_s;
+  all.retention.bytes = r.size_bytes;
+  const auto at = endpoint(m.listen, 0);
+  if (!at) return tl::unexpected(at.error());
+  all.web.listening = {at->host, at->port,
+                       m.certificate_file.empty() ? "" : configuration.file(m.certificate_file).string(),
+                       m.key_file.empty() ? "" : configuration.file(m.key_file).string()};
+  all.web.host_names = m.host_names;
+  all.web.write_token = token_of(configuration, m.write_token_file);
+  all.web.read_token = token_of(configuration, m.read_token_file);
+  auto specs = axis_specs(configuration);
+  if (!specs) return tl::unexpected(std::move(specs.error()));
+  for (auto& spec : *specs) {
+    const auto& c = configuration.axes.tables.at(spec.name);
+    InstalledAxis axis;
+    axis.columns = {c.excitation, c.input, c.output, c.position};
+    axis.source = c.source;
+    axis.channel = c.channel;
+    axis.ring_s = c.ring_s;
+    axis.configuration = learning_text(configuration, spec.name);
+    axis.controller = c.controller;
+    axis.spec = std::move(spec);
+    all.axes.push_back(std::move(axis));
+  }
+  // One configuration for all sources, for as long as they are.
+  const auto kept = std::make_shared<const Configuration>(configuration);
+  for (const auto& [name, source] : configuration.sources.tables)
+    all.sources.push_back({name, std::string(name_of(source.kind)), [kept, name = name](Axes& axes) {
+                             return make_source(*kept, name, kept->sources.tables.at(name), axes);
+                           }});
+  return all;
+}
+
+Installation demo_installation(const std::filesystem::path& data, double speed, std::string version) {
+  constexpr double kBaseline_s = 60.0;
+  Installation all;
+  all.data = data;
+  all.version = std::move(version);
+  auto machines = demo_machines();
+  constexpr std::size_t kDetectors = 10;  // of each axis
+  all.engine.stale_s = 5.0;
+  // What is in the ring passes so much sooner.
+  all.engine.snapshot_every_s = std::min(10.0, 40.0 / speed);
+  for (const auto& machine : machines) {
+    const auto& e = machine.experiment;
+    InstalledAxis axis;
+    axis.spec.name = machine.axis;
+    axis.spec.sample_rate_hz = e.run.sample_rate_hz;
+    axis.spec.motion = e.drive.motion;
+    axis.spec.baseline_s = kBaseline_s;
+    axis.spec.track.common.delay_s = e.measurement.delay_s;
+    if (e.controller.kind == plant::ControllerKind::pi) {
+      axis.spec.track.common.controller = pi(e.controller.gain, e.controller.integral_time_s);
+      axis.controller = fmt::format("pi:{},{}", e.controller.gain, e.controller.integral_time_s);
+    }
+    axis.spec.alarms = standard_alarms();
+    axis.spec.false_alarm_interval_s =
+        *monitoring::detector_interval_s(all.false_alarm_interval_s, kDetectors * machines.size());
+    axis.columns = {"ru", "u", "y", ""};
+    axis.source = "demo";
+    axis.ring_s *= std::max(1.0, 0.25 * speed);
+    axis.configuration = "demo " + machine.axis;
+    all.axes.push_back(std::move(axis));
+  }
+  all.sources.push_back({"demo", "demo", [machines, speed](Axes& axes) -> Made {
+                           return make_demo_source({machines, speed}, axes);
+                         }});
+  return all;
+}
+
+}  // namespace resonid::monitor

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <resonid/base/expected.hpp>
+#include <string>
+
+#include "monitor/service/configuration.hpp"
+#include "monitor/service/installation.hpp"
+
+namespace resonid::monitor {
+
+/// What a configuration without errors installs. Errors: files that are no longer there.
+[[nodiscard]] expected<Installation, Error> installation_of(const Configuration& configuration,
+                                                            std::string version);
+
+/// Simulated drives (demo_machines()) as axes of an installation with this data folder, for
+/// `resonid monitor --demo`. `speed`: simulated seconds per second.
+[[nodiscard]] Installation demo_installation(const std::filesystem::path& data, double speed,
+                                             std::string version);
+
+}  // namespace resonid::monitor
