@@ -60,6 +60,7 @@ class TcpSource final : public NetworkSource {
   void serve(const BoundSockets& bound) {
     watch(stop_descriptor(), EPOLLIN);
     for (const Descriptor& socket : bound.sockets) watch(socket.get(), EPOLLIN);
+    address_.port = bound.port;
     tell();
     port_.store(bound.port, std::memory_order_release);
     std::array<::epoll_event, 128> events;
@@ -220,7 +221,7 @@ class TcpSource final : public NetworkSource {
   };
 
   const TcpSettings settings_;
-  const Address address_;
+  Address address_;
   Descriptor poll_;
   std::map<int, Client> connections_;  ///< [socket]
   std::set<int> waiting_;              ///< Sockets of those that wait for room.

@@ -166,18 +166,28 @@ TEST_F(FileSourceTest, GoesOnAmongFramesAndBehindGarbage) {
   EXPECT_EQ(source->status().bytes, frame.size());
 }
 
-TEST_F(FileSourceTest, TakesADocumentOfWhichARingHasAHalfFromTheBeginningOfItsLine) {
-  // An object's samples end at bytes of its line one after the other, the last with it.
-  append("{\"u\":[0,0.5,1],\"y\":[0,-1,-2]}\n");
-  Installation axes(folder_.path(), {"x"});
+/// Of an object's samples each ends at a byte of its line, but only the line can be read again.
+TEST_F(FileSourceTest, ReadsALineAgainOfWhichTheRingHasSomeSamples) {
+  append("{\"u\":[0,0.5,1],\"y\":[0,-1,-2]}\n{\"u\":[1.5,2,2.5],\"y\":[-3,-4,-5]}\n");
+  SourcePosition end;
   {
+    Installation axes(folder_.path(), {"x"});
     const auto source = started(axes, TextSettings{TextFormat::json});
-    ASSERT_TRUE(eventually([&] { return axes.end("x") == 3; }));
+    ASSERT_TRUE(eventually([&] { return axes.end("x") == 6; }));
+    end = axes.intake("x").position();
   }
-  append("{\"u\":[1.5,2],\"y\":[-3,-4]}\n");
+  const TemporaryFolder other;
+  Installation axes(other.path(), {"x"});
+  const std::string_view columns[] = {"u", "y"};
+  const double values[] = {0.0, 0.0, 0.5, -1.0, 1.0, -2.0, 1.5, -3.0};
+  Arrival first;
+  first.columns = columns;
+  first.values = values;
+  end.word[3] = 31;  // the second line begins at byte 30
+  ASSERT_EQ(axes.intake("x").add(first, end), Intake::Outcome::taken);
   const auto source = started(axes, TextSettings{TextFormat::json});
-  ASSERT_TRUE(eventually([&] { return axes.end("x") == 5; }));
-  axes.expect_exactly("x", 5);
+  ASSERT_TRUE(eventually([&] { return axes.end("x") == 6; }));
+  axes.expect_exactly("x", 6);
 }
 
 TEST_F(FileSourceTest, WaitsForAFileWhereThereIsAFolder) {

@@ -186,15 +186,16 @@ TEST(TcpSource, AClientThatReadsNoAnswersIsNotReadFrom) {
   const TemporaryFolder folder;
   Installation axes(folder.path(), {"x"});
   TcpSettings settings = on_any_port();
-  settings.idle_s = 1.0;
+  settings.idle_s = 3.0;
   const auto source = started(settings, axes);
-  const Client deaf(source->bound_port()), other(source->bound_port());
+  const Client deaf(source->bound_port());
   deaf.set_timeout_ms(100);
   std::string questions;
   for (int k = 0; k < 5000; ++k) questions += encoded(Question{"x"});
   int sent = 0;
   while (sent < 2000 && deaf.send(questions)) ++sent;
   EXPECT_LT(sent, 2000) << "answers of 320 MB would be kept";
+  const Client other(source->bound_port());
   ASSERT_TRUE(other.send(frame_of("x", 0, 10)));
   EXPECT_EQ(other.next_sample("x"), 10U);
   EXPECT_TRUE(eventually([&] { return source->status().text.starts_with("0 clients"); }));
@@ -260,10 +261,16 @@ TEST(TcpSource, ServesAThousandClientsAndTurnsAwayMore) {
       ASSERT_EQ(clients[k].next_sample(axis), first + 10) << k;
     }
   for (const std::string& axis : names) axes.expect_exactly(axis, 2000);
-  const Client one_more(source->bound_port());
-  EXPECT_TRUE(one_more.is_closed());
+  for (std::uint64_t k = 0; k < 9000; ++k) {
+    const Client one_more(source->bound_port());
+    if (k % 1000 > 0) continue;
+    EXPECT_TRUE(one_more.is_closed());
+    const std::uint64_t first = 2000 + k / 100;
+    ASSERT_TRUE(clients[0].send(frame_of(names[0], first, 10)));
+    ASSERT_EQ(clients[0].next_sample(names[0]), first + 10);
+  }
   EXPECT_TRUE(eventually([&] {
-    return source->status().text.find("1 turned away (at most 1000)") != std::string::npos;
+    return source->status().text.find("9000 turned away (at most 1000)") != std::string::npos;
   })) << source->status().text;
 }
 
