@@ -70,7 +70,8 @@ bool ThreadSource::deliver(const Arrival& arrival, const SourcePosition& positio
     }
     if (!waited)
       set_state(SourceState::waiting,
-                fmt::format("for room in the ring of axis '{}'", printable(arrival.axis)));
+                arrival.axis.empty() ? std::string("for room in the ring")
+                                     : fmt::format("for room in the ring of '{}'", printable(arrival.axis)));
     waited = true;
     static_cast<void>(wait(kFullAgain_s));
   }
