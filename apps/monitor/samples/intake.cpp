@@ -49,6 +49,11 @@ SourcePosition Intake::position() const {
   return ring_.source();
 }
 
+void Intake::reached(const SourcePosition& position) {
+  const std::lock_guard lock(mutex_);
+  if (!position.at_or_before(ring_.source())) ring_.commit(position, ring_.sender_offset());
+}
+
 Intake::Outcome Intake::add(const Arrival& arrival, const SourcePosition& position) {
   const std::lock_guard lock(mutex_);
   const std::uint64_t samples = arrival.samples(), before = come_before(arrival, position);

@@ -74,8 +74,10 @@ class Intake {
 
   /// Index by the sender's count of the sample that is due, all before it being in the ring.
   [[nodiscard]] std::uint64_t next_for_sender() const;
-  /// Where the source stood with the newest sample in the ring.
+  /// Where the source stood with the newest sample, or what it told by reached() since.
   [[nodiscard]] SourcePosition position() const;
+  /// The source has come so far, and all of this axis before it was given to add().
+  void reached(const SourcePosition& position);
   [[nodiscard]] const SampleCounters& counters() const noexcept { return counters_; }
   [[nodiscard]] FaultLog& faults() noexcept { return faults_; }
   [[nodiscard]] const FaultLog& faults() const noexcept { return faults_; }

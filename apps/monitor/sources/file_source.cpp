@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <set>
@@ -175,6 +176,8 @@ class FileSource final : public ThreadSource {
     ahead_.clear();
     const auto newest = identity_of(settings_.path);
     std::vector<SourcePosition> stands;
+    std::vector<Intake*> elsewhere;
+    bool behind = false;  // one that knows nothing of this file
     for (Intake* intake : delivery_.axes().all()) {
       const SourcePosition position = intake->position();
       if (identity_.is_of(position)) {
@@ -184,24 +187,34 @@ class FileSource final : public ThreadSource {
                  ((identity_.birth_ns > 0 && position.word[2] > identity_.birth_ns) ||
                   (newest && !newest->is(identity_) && newest->is_of(position)))) {
         ahead_.insert(intake);
+      } else {
+        elsewhere.push_back(intake);
+        behind = behind || position.told();
       }
     }
-    std::uint64_t from = stands.empty() ? 0 : UINT64_MAX;
+    std::uint64_t from = stands.empty() || behind ? 0 : UINT64_MAX;
     for (const SourcePosition& position : stands)
       from = std::min(from, position.word[2] == generation_ ? position.word[3] : 0);
     if (from > identity_.size) {
       ++generation_;  // truncated while nobody looked
       from = 0;
     }
+    // Before anything is read: a restart after the first samples of one axis must not pass over the others'.
+    safe_ = told_ = from;
+    for (Intake* intake : elsewhere) intake->reached(position_at(from));
     decoder_.seek(0);
     if (from > 0) go_to(from);
     return true;
   }
 
+  SourcePosition position_at(std::uint64_t byte) const {
+    return {{identity_.device, identity_.inode, generation_, byte}};
+  }
+
   /// Goes on at the beginning of a line there, with the names of columns that the first lines tell.
   void go_to(std::uint64_t byte) {
     offset_ = byte;
-    if (std::holds_alternative<TextSettings>(settings_.format)) {
+    if (!frames()) {
       bool samples = false;
       const std::string_view first = read(0);
       std::string_view lines = first.substr(0, std::min<std::uint64_t>(byte, first.size()));
@@ -242,9 +255,11 @@ class FileSource final : public ThreadSource {
         return;
       }
       if (!bytes.empty()) {
-        offset_ += bytes.size();
+        const std::uint64_t begin = std::exchange(offset_, offset_ + bytes.size());
         delivery_.count_bytes(bytes.size());
         decoder_.add(bytes, [this](const Message& message) { take(message); });
+        if (const std::size_t line = bytes.rfind('\n'); line != std::string_view::npos && !frames())
+          safe_ = begin + line + 1;
         set_state(SourceState::running);
         continue;
       }
@@ -252,11 +267,12 @@ class FileSource final : public ThreadSource {
         decoder_.finish([this](const Message& message) { take(message); });
         return;
       }
+      tell_axes();
       int code = 0;
       const auto now = identity_of(file_.get(), "", AT_EMPTY_PATH, code);
       if (now && now->size < offset_) {
         ++generation_;
-        offset_ = 0;
+        offset_ = safe_ = 0;
         decoder_.seek(0);
         continue;
       }
@@ -267,12 +283,24 @@ class FileSource final : public ThreadSource {
     }
   }
 
+  /// Lets axes of which nothing comes go on with the others, or a restart would begin where they were left.
+  void tell_axes() {
+    const auto now = std::chrono::steady_clock::now();
+    if (stopping() || safe_ == told_ || now - last_told_ < std::chrono::seconds(1)) return;
+    last_told_ = now;
+    told_ = safe_;
+    for (Intake* intake : delivery_.axes().all())
+      if (!ahead_.contains(intake)) intake->reached(position_at(safe_));
+  }
+
+  bool frames() const noexcept { return std::holds_alternative<Frames>(settings_.format); }
+
   void take(const Message& message) {
     const auto* arrival = std::get_if<Arrival>(&message);
     if (arrival == nullptr) return;
+    if (frames()) safe_ = decoder_.end_of(*arrival);
     if (!ahead_.empty() && ahead_.contains(delivery_.find(arrival->axis))) return;
-    static_cast<void>(
-        deliver(*arrival, {{identity_.device, identity_.inode, generation_, decoder_.end_of(*arrival)}}));
+    static_cast<void>(deliver(*arrival, position_at(decoder_.end_of(*arrival))));
   }
 
   const FileSettings settings_;
@@ -282,6 +310,9 @@ class FileSource final : public ThreadSource {
   std::uint64_t generation_ = 0;  ///< Word 2 of the position.
   std::uint64_t offset_ = 0;      ///< Of the next byte to read.
   std::set<Intake*> ahead_;       ///< Axes that stand in a later file.
+  std::uint64_t safe_ = 0;        ///< Byte before which everything is taken.
+  std::uint64_t told_ = 0;        ///< What the axes know of it.
+  std::chrono::steady_clock::time_point last_told_{};
   std::array<char, kBlock> buffer_;
   int read_error_ = 0;
 };

@@ -146,6 +146,51 @@ TEST_F(FileSourceTest, GivesEachOfSeveralAxesWhatItLacks) {
   axes.expect_exactly("b", 2);
 }
 
+TEST_F(FileSourceTest, AnAxisThatWasLeftBehindMissesNothingOfLaterFiles) {
+  const TextSettings format{TextFormat::csv, {"axis", "u", "y"}};
+  const auto line = [](const char* axis, std::uint64_t k) { return std::string(axis) + "," + line_of(k); };
+  append(line("a", 0) + line("b", 0));
+  {
+    Installation axes(folder_.path(), {"a", "b"});
+    const auto source = started(axes, format);
+    ASSERT_TRUE(eventually([&] { return axes.end("a") == 1 && axes.end("b") == 1; }));
+  }
+  append(line("b", 1));
+  fs::rename(path_, folder_ / "x.csv.1");
+  later();
+  append(line("b", 2) + line("a", 1) + line("b", 3));
+  {
+    Installation axes(folder_.path(), {"a"});
+    const auto source = started(axes, format);
+    ASSERT_TRUE(eventually([&] { return axes.end("a") == 2; }));
+  }
+  Installation axes(folder_.path(), {"a", "b"});
+  const auto source = started(axes, format);
+  ASSERT_TRUE(eventually([&] { return axes.end("b") == 4; })) << axes.end("b");
+  append(line("a", 2));
+  ASSERT_TRUE(eventually([&] { return axes.end("a") == 3; }));
+  axes.expect_exactly("a", 3);
+  axes.expect_exactly("b", 4);
+}
+
+TEST_F(FileSourceTest, AnAxisOfWhichNothingComesGoesOnWithTheOthers) {
+  append("axis,u,y\n");
+  {
+    Installation axes(folder_.path(), {"a", "b"});
+    const auto source = started(axes);
+    ASSERT_TRUE(eventually([&] { return axes.intake("b").position().told(); }));  // before anything is read
+    append("a,0,0\n");
+    ASSERT_TRUE(eventually([&] { return axes.end("a") == 1; }));
+    EXPECT_TRUE(eventually([&] { return axes.intake("b").position() == axes.intake("a").position(); }));
+    EXPECT_EQ(axes.end("b"), 0U);
+  }
+  append("a,0.5,-1\n");
+  Installation axes(folder_.path(), {"a", "b"});
+  const auto source = started(axes);
+  ASSERT_TRUE(eventually([&] { return axes.end("a") == 2; }));
+  EXPECT_EQ(source->status().bytes, std::string_view("a,0.5,-1\n").size());
+}
+
 TEST_F(FileSourceTest, GoesOnAmongFramesAndBehindGarbage) {
   append(frame_of("x", 0, 10) + "RSN1 is no frame" + frame_of("x", 10, 5));
   {
