@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <optional>
 #include <vector>
 
 #include "monitor/brokers/broker_source.hpp"
@@ -142,7 +141,7 @@ class JetStreamSource final : public BrokerSource {
     if (std::string why = read_consumer(consumer, at_begin); !why.empty()) return why;
     if (std::string why = read_stream(after); !why.empty()) return why;
     if (after->Created != before->Created) return "the stream was made anew";
-    if (at_begin) last_ = 0;
+    if (at_begin) last_ = newest_known();
     const std::uint64_t delivered = consumer->Delivered.Stream;
     const std::uint64_t from = std::max(consumer->AckFloor.Stream, last_) + 1;
     if (consumer->NumAckPending > 0)
@@ -202,26 +201,25 @@ class JetStreamSource final : public BrokerSource {
     config.Durable = settings_.consumer.c_str();
     config.AckPolicy = js_AckExplicit;
     config.AckWait = kAckWait_ns;
-    config.MaxAckPending = std::max<std::int64_t>(1000, 4 * settings_.batch);
+    config.MaxAckPending = std::max<std::int64_t>(1000, 16 * settings_.batch);
     if (!settings_.subjects.filter.empty()) config.FilterSubject = settings_.subjects.filter.c_str();
-    if (const auto start = oldest_known()) {
+    if (const std::uint64_t newest = newest_known(); newest > 0) {
       config.DeliverPolicy = js_DeliverByStartSequence;
-      config.OptStartSeq = *start;
+      config.OptStartSeq = newest + 1;
     }
     return nats_read(info, [&](jsConsumerInfo** raw) {
       return js_AddConsumer(raw, js_, settings_.stream.c_str(), &config, nullptr, nullptr);
     });
   }
 
-  /// The first message that an axis may need; nothing where one has none of this stream.
-  [[nodiscard]] std::optional<std::uint64_t> oldest_known() const {
-    std::optional<std::uint64_t> oldest;
-    for (Intake* const intake : feed_.axes().all()) {
-      const SourcePosition position = intake->position();
-      if (position.word[0] != created_ || position.word[2] == 0) return std::nullopt;
-      oldest = std::min(oldest.value_or(position.word[2]), position.word[2]);
-    }
-    return oldest;
+  /// All messages up to this one are in the rings, since they come in their order; 0: it is not known.
+  [[nodiscard]] std::uint64_t newest_known() const {
+    std::uint64_t newest = 0;
+    for (Intake* const intake : feed_.axes().all())
+      if (const SourcePosition position = intake->position();
+          position.word[0] == created_ && position.word[2] > 0)
+        newest = std::max(newest, position.word[2] - 1);  // that one may be there in part
+    return newest;
   }
 
   /// Why this is not the stream or the consumer any more; empty if it is.

@@ -46,8 +46,10 @@ class MqttPublisher final : public Publisher {
     const auto message = client_.publish(name, *text, std::string(key));
     if (!message) return not_published(message.error().requirement.str());
     std::unique_lock lock(mutex_);
-    if (!changed_.wait_for(lock, kPatience, [&] { return acknowledged_.count(*message) > 0; }))
-      return not_published(fmt::format("no acknowledgement of '{}' came within 5 s", name));
+    changed_.wait_for(lock, kPatience,
+                      [&] { return acknowledged_.count(*message) > 0 || !client_.connected(); });
+    if (acknowledged_.count(*message) == 0)
+      return not_published(fmt::format("no acknowledgement of '{}' has come", name));
     if (const int reason = acknowledged_[*message]; reason >= kFirstRefusedReason)
       return not_published(fmt::format("the broker refuses '{}': {}", name, mosquitto_reason_string(reason)));
     return {};
@@ -59,6 +61,7 @@ class MqttPublisher final : public Publisher {
     handlers.waiting = [this](const std::string& why) {
       const std::lock_guard lock(mutex_);
       why_ = why;
+      changed_.notify_all();
     };
     handlers.acknowledged = [this](int message, int reason) {
       const std::lock_guard lock(mutex_);

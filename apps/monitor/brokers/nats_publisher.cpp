@@ -38,7 +38,6 @@ class NatsPublisher final : public Publisher {
     if (status == NATS_OK) status = natsMsgHeader_Set(message.get(), kMessageId, id.c_str());
     if (status == NATS_OK) status = stored_ ? store(message.get()) : send(message.get());
     if (status != NATS_OK) return failed(fmt::format("'{}': {}", subject, nats_text(status)));
-    if (std::string refused = connection_->take_error(); !refused.empty()) return failed(std::move(refused));
     return {};
   }
 
@@ -59,9 +58,12 @@ class NatsPublisher final : public Publisher {
 
   /// The server answers a ping after it has taken, or refused, what came before.
   [[nodiscard]] natsStatus send(natsMsg* message) {
-    static_cast<void>(connection_->take_error());
-    const natsStatus status = natsConnection_PublishMsg(connection_->get(), message);
-    return status == NATS_OK ? natsConnection_FlushTimeout(connection_->get(), kConfirm_ms) : status;
+    natsStatus status = natsConnection_PublishMsg(connection_->get(), message);
+    if (status == NATS_OK) status = natsConnection_FlushTimeout(connection_->get(), kConfirm_ms);
+    const char* details = nullptr;
+    if (status == NATS_OK) status = natsConnection_GetLastError(connection_->get(), &details);
+    if (status != NATS_OK) connection_.reset();  // it would remember the error
+    return status;
   }
 
   NatsSettings settings_;

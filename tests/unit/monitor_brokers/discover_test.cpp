@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT
+#include "monitor/brokers/discover.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "brokers.hpp"
+
+namespace resonid::monitor::test {
+namespace {
+
+using Columns = std::vector<std::string>;
+
+const Discovered& named(const std::vector<Discovered>& all, const std::string& name,
+                        const std::string& stream = {}) {
+  static const Discovered kNone;
+  const auto found = std::find_if(all.begin(), all.end(), [&](const Discovered& one) {
+    return one.name == name && one.stream == stream;
+  });
+  EXPECT_NE(found, all.end()) << name;
+  return found == all.end() ? kNone : *found;
+}
+
+TEST(Scout, GuessesFormatColumnsAndRate) {
+  Scout scout;
+  for (int k = 0; k < 5; ++k) {
+    const double t = 1000.0 + 0.25 * k;
+    const std::string n = std::to_string(k);
+    scout.add("frame", "", frame_of("x", 500 * static_cast<std::uint64_t>(k), 500), t);
+    scout.add("json", "", "{\"axis\":\"y\",\"ru\":[1,2],\"y\":[3,4],\"rate\":8,\"sample\":" + n + "}", t);
+    scout.add("lines", "", "drive,axis=z ru=1.5,u=2 179000000000000000" + n, t);
+    scout.add("names", "", "time;ru;y\n" + n + ";1;2\n", t);
+    scout.add("numbers", "", "1.0,2.0,3.0\n4,5,6\n", t);
+    scout.add("words", "", "the door is open", t);
+    scout.add("empty", "", "", t);
+  }
+  const auto all = scout.found();
+  ASSERT_EQ(all.size(), 7U);
+  const Discovered& frame = named(all, "frame");
+  EXPECT_EQ(frame.format, PayloadFormat::frame);
+  EXPECT_EQ(frame.axis, "x");
+  EXPECT_EQ(frame.columns, (Columns{"ru", "u", "y"}));
+  EXPECT_EQ(frame.messages, 5U);
+  EXPECT_EQ(frame.samples, 2500U);
+  EXPECT_NEAR(frame.measured_rate_hz, 2000.0, 1e-6);
+  EXPECT_EQ(frame.told_rate_hz, kRate_hz);
+  EXPECT_TRUE(frame.numbered && frame.timed);
+  const Discovered& json = named(all, "json");
+  EXPECT_EQ(json.format, PayloadFormat::json);
+  EXPECT_EQ(json.axis, "y");
+  EXPECT_EQ(json.columns, (Columns{"ru", "y"}));
+  EXPECT_NEAR(json.measured_rate_hz, 8.0, 1e-9);
+  EXPECT_TRUE(json.numbered && !json.timed);
+  const Discovered& lines = named(all, "lines");
+  EXPECT_EQ(lines.format, PayloadFormat::line_protocol);
+  EXPECT_EQ(lines.axis, "z");
+  EXPECT_EQ(lines.columns, (Columns{"ru", "u"}));
+  EXPECT_EQ(named(all, "names").format, PayloadFormat::csv);
+  EXPECT_EQ(named(all, "names").columns, (Columns{"ru", "y"}));
+  EXPECT_EQ(named(all, "numbers").format, PayloadFormat::csv);
+  EXPECT_EQ(named(all, "numbers").columns, (Columns{"column 1", "column 2", "column 3"}));
+  EXPECT_NEAR(named(all, "numbers").measured_rate_hz, 8.0, 1e-9);
+  EXPECT_EQ(named(all, "words").format, std::nullopt);
+  EXPECT_EQ(named(all, "words").messages, 5U);
+  EXPECT_EQ(named(all, "empty").format, std::nullopt);
+}
+
+TEST(Scout, StopsGrowing) {
+  Scout scout;
+  for (int k = 0; k < 12'000; ++k) {
+    scout.add(std::to_string(k), "", "nothing", k);
+    scout.add("f" + std::to_string(k), "", frame_of("x", 0, 1), k);
+  }
+  EXPECT_EQ(scout.found().size(), 10'000U);
+}
+
+TEST(Discover, ListsWhatAnMqttBrokerCarries) {
+  RESONID_REQUIRE_PROGRAM("mosquitto");
+  const Mosquitto broker;
+  MqttSettings settings;
+  settings.host = "127.0.0.1";
+  settings.port = broker.port();
+  std::atomic<bool> done{false};
+  std::thread publisher([&] {
+    MqttSender sender(broker.port());
+    for (std::uint64_t k = 0; !done; ++k) {
+      sender.send("machines/x/samples", frame_of("", k * kFrame));
+      sender.send("lamp", "on");
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+  });
+  const auto found = discover_mqtt(settings, "#", 1.0, [] { return true; });
+  done = true;
+  publisher.join();
+  ASSERT_TRUE(found.has_value());
+  ASSERT_EQ(found->size(), 2U);
+  const Discovered& samples = named(*found, "machines/x/samples");
+  EXPECT_GT(samples.messages, 10U);
+  EXPECT_GT(samples.measured_rate_hz, 200.0);
+  EXPECT_LT(samples.measured_rate_hz, 2100.0);
+  EXPECT_EQ(named(*found, "lamp").format, std::nullopt);
+}
+
+TEST(Discover, ListsWhatNatsAndItsStreamsCarry) {
+  RESONID_REQUIRE_PROGRAM("nats-server");
+  const NatsServer server;
+  NatsSender sender(server.url());
+  sender.make_stream("SAMPLES", "machines.>");
+  for (std::uint64_t k = 0; k < 150; ++k) sender.store("machines.x.samples", frame_of("", k * kFrame));
+  int calls = 0;
+  const auto found = discover_nats({{server.url()}, {}, {}}, ">", 10.0, [&] {
+    sender.send("live", frame_of("y", 0));
+    sender.flush();
+    return ++calls < 20;
+  });
+  ASSERT_TRUE(found.has_value());
+  ASSERT_EQ(found->size(), 2U);
+  EXPECT_EQ(named(*found, "machines.x.samples", "SAMPLES").messages, 100U);
+  EXPECT_GT(named(*found, "machines.x.samples", "SAMPLES").measured_rate_hz, 1000.0);
+  EXPECT_EQ(named(*found, "live").axis, "y");
+}
+
+TEST(Discover, SaysWhyThereIsNothing) {
+  MqttSettings settings;
+  settings.host = "127.0.0.1";
+  settings.port = free_port();
+  const auto keep = [] { return true; };
+  RESONID_EXPECT_MESSAGE(discover_mqtt(settings, "#", 0.5, keep), "refused");
+  RESONID_EXPECT_MESSAGE(discover_mqtt(settings, "#/a", 0.5, keep), "is no filter");
+  RESONID_EXPECT_MESSAGE(
+      discover_nats({{"nats://127.0.0.1:" + std::to_string(settings.port)}, {}, {}}, ">", 0.5, keep), "nats");
+  RESONID_EXPECT_MESSAGE(discover_nats({}, "a b", 0.5, keep), "is no filter");
+}
+
+}  // namespace
+}  // namespace resonid::monitor::test

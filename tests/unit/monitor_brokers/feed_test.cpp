@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+#include "monitor/brokers/feed.hpp"
+
+#include <gtest/gtest.h>
+
+#include "brokers.hpp"
+#include "monitor/brokers/access.hpp"
+#include "monitor/brokers/nats_subject.hpp"
+
+namespace resonid::monitor::test {
+namespace {
+
+TEST(Feed, FindsTheAxisInATopic) {
+  EXPECT_EQ(axis_in("machines/+/samples", "machines/x/samples", kMqttTopics), "x");
+  EXPECT_EQ(axis_in("+", "x", kMqttTopics), "x");
+  EXPECT_EQ(axis_in("+/+", "a/b", kMqttTopics), "a");
+  EXPECT_EQ(axis_in("a/+/#", "a/b/c/d", kMqttTopics), "b");
+  EXPECT_EQ(axis_in("a/+", "a/", kMqttTopics), "");
+  EXPECT_EQ(axis_in("a/b", "a/b", kMqttTopics), std::nullopt);
+  EXPECT_EQ(axis_in("#", "a/b", kMqttTopics), std::nullopt);
+  EXPECT_EQ(axis_in("a/#/+", "a/b", kMqttTopics), std::nullopt);
+  EXPECT_EQ(axis_in("machines.*.samples", "machines.x.samples", kNatsSubjects), "x");
+  EXPECT_EQ(axis_in("machines.>", "machines.x.samples", kNatsSubjects), std::nullopt);
+}
+
+TEST(Feed, KnowsTheSubjectsOfAFilter) {
+  EXPECT_TRUE(subject_matches("", "a.b"));
+  EXPECT_TRUE(subject_matches("a.*.c", "a.b.c"));
+  EXPECT_TRUE(subject_matches("a.>", "a.b.c"));
+  EXPECT_TRUE(subject_matches("a", "a"));
+  EXPECT_FALSE(subject_matches("a.>", "a"));
+  EXPECT_FALSE(subject_matches("a.*", "a"));
+  EXPECT_FALSE(subject_matches("a.*", "a.b.c"));
+  EXPECT_FALSE(subject_matches("a.b", "a.c"));
+  EXPECT_FALSE(subject_matches("a.b.c", "a.b"));
+}
+
+/// The axis is "m1/x" where that one is configured, else what the topic tells.
+TEST(Feed, JoinsTheNamesOfTopicAndMessage) {
+  const TemporaryFolder folder;
+  Rings rings(folder.path(), {"m1/x", "m1/y", "m2"});
+  Feed feed(rings, {{"machines/+", PayloadFormat::frame, {}, {}}, {"all", PayloadFormat::frame, {}, {}}},
+            kMqttTopics);
+  EXPECT_TRUE(feed.take(0, "machines/m1", frame_of("x", 0) + frame_of("y", 0) + frame_of("y", kFrame)));
+  EXPECT_TRUE(feed.take(0, "machines/m2", frame_of("x", 0)));
+  EXPECT_TRUE(feed.take(1, "all", frame_of("m2", kFrame)));
+  EXPECT_TRUE(feed.take(1, "all", frame_of("", 0)));  // whose?
+  EXPECT_TRUE(feed.take(0, "machines/m3", frame_of("x", 0)));
+  expect_stored(rings.ring("m1/x"), kFrame);
+  expect_stored(rings.ring("m1/y"), 2 * kFrame);
+  expect_stored(rings.ring("m2"), 2 * kFrame);
+  EXPECT_EQ(feed.status().unknown, 2U);
+  EXPECT_EQ(feed.status().messages, 5U);
+}
+
+TEST(Feed, NumbersTheFramesOfAMessage) {
+  const TemporaryFolder folder;
+  Rings rings(folder.path(), {"x"});
+  Feed feed(rings, {{"s", PayloadFormat::frame, {}, {}}}, kNatsSubjects);
+  const std::string message = frame_of("", 0) + frame_of("", kFrame);
+  EXPECT_TRUE(feed.take(0, "s", message, {{7, 0, 5, 0}}));
+  EXPECT_EQ(rings.ring("x").source(), (SourcePosition{{7, 0, 5, 2}}));
+  EXPECT_TRUE(feed.take(0, "s", message, {{7, 0, 5, 0}}));
+  expect_stored(rings.ring("x"), 2 * kFrame);
+  EXPECT_EQ(rings.intake("x").counters().duplicate, 2 * kFrame);
+}
+
+/// Whoever may publish makes as many topics as he likes.
+TEST(Feed, ForgetsTopicsRatherThanGrow) {
+  const TemporaryFolder folder;
+  Rings rings(folder.path(), {"x"});
+  Feed feed(rings, {{"#", PayloadFormat::csv, {}, {}}}, kMqttTopics);
+  const std::string names = "ru,u,y\n";
+  EXPECT_TRUE(feed.take(0, "first", names + "0,0,0\n"));
+  for (int k = 0; k < 25'000; ++k) EXPECT_TRUE(feed.take(0, std::to_string(k), "nothing"));
+  EXPECT_EQ(rings.ring("x").end(), 1U);
+  EXPECT_TRUE(feed.take(0, "first", "1,7,13\n"));  // its names of columns are gone
+  EXPECT_EQ(rings.ring("x").end(), 1U);
+  EXPECT_TRUE(feed.take(0, "first", names + "1,7,13\n"));
+  expect_stored(rings.ring("x"), 2);
+}
+
+TEST(Access, ReadsCredentials) {
+  const TemporaryFolder folder;
+  const auto both = read_credentials(folder.file("both", "me\r\nthe word\r\nmore\n")).value();
+  EXPECT_EQ(both.user, "me");
+  EXPECT_EQ(both.password, "the word");
+  EXPECT_EQ(read_credentials(folder.file("user", "me")).value().password, "");
+  RESONID_EXPECT_MESSAGE(read_credentials(folder / "absent"), "user in its first line");
+  RESONID_EXPECT_MESSAGE(read_credentials(folder.file("empty", "\nword")), "the first line is empty");
+}
+
+}  // namespace
+}  // namespace resonid::monitor::test
