@@ -314,16 +314,16 @@ TEST_F(WebApi, ServesThePage) {
   EXPECT_NE(policy.find("frame-ancestors 'none'"), std::string::npos);
   EXPECT_EQ(page.headers.at("referrer-policy"), "no-referrer");
 
-  const auto script = ask("GET", "/uPlot.iife.min.js"),
-             packed = ask("GET", "/uPlot.iife.min.js", "", {{"Accept-Encoding", "br, gzip"}});
+  const auto script = ask("GET", "/uplot.js"),
+             packed = ask("GET", "/uplot.js", "", {{"Accept-Encoding", "br, gzip"}});
   EXPECT_EQ(script.headers.count("content-encoding"), 0U);
   EXPECT_EQ(packed.headers.at("content-encoding"), "gzip");
   EXPECT_LT(2 * packed.body.size(), script.body.size());
   const auto tag = script.headers.at("etag");
-  const auto again = ask("GET", "/uPlot.iife.min.js", "", {{"If-None-Match", tag}});
+  const auto again = ask("GET", "/uplot.js", "", {{"If-None-Match", tag}});
   EXPECT_EQ(again.status, 304);
   EXPECT_TRUE(again.body.empty());
-  EXPECT_EQ(ask("GET", "/uPlot.iife.min.js", "", {{"Range", "bytes=0-9"}}).body.size(), script.body.size());
+  EXPECT_EQ(ask("GET", "/uplot.js", "", {{"Range", "bytes=0-9"}}).body.size(), script.body.size());
   EXPECT_EQ(json::parse(ask("GET", "/openapi.json").body), api.document);
 }
 
