@@ -210,7 +210,7 @@ struct PhysicalRun {
       older = newer;
       newer = {filter.known(), noise, nis};
       since_newer = 0;
-      remembered = std::min(remembered + 1, 2U);
+      remembered = std::min<std::uint32_t>(remembered + 1, 2);
     }
     return false;
   }
