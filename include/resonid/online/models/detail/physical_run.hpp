@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <resonid/base/detail/intact.hpp>
 #include <resonid/online/models/detail/physical_filter.hpp>
+#include <type_traits>
 
 namespace resonid::online {
 
@@ -146,14 +147,17 @@ struct PhysicalRun {
   double nis = 1.0;           ///< Mean of e^2/s over the last samples: 1 when all is well.
   std::uint64_t outputs = 0;  ///< Taken in.
   std::uint32_t outliers_in_row = 0;
+  /// In double only: what watches a machine for hours is no firmware, whose room is small.
+  static constexpr bool kWatchesLoad = sizeof(Real) > sizeof(float);
   bool watches_load = false;
   LoadWatch load;
+  struct Nothing {};
   struct Calm {
     typename PhysicalFilter<Real>::Known filter{};
     NoiseEstimate<Real> noise{};
     double nis = 1.0;
   };
-  Calm older{}, newer{};
+  std::conditional_t<kWatchesLoad, Calm, Nothing> older{}, newer{};
   std::uint32_t since_newer = 0, remembered = 0;
   std::uint64_t load_jumps = 0;
   static constexpr std::uint32_t kBetween = 16;  // samples from `older` to `newer`, at least
@@ -175,14 +179,16 @@ struct PhysicalRun {
     const Real e = filter.innovation();
     const Real s = filter.innovation_variance();
     const double ratio = static_cast<double>(e) * static_cast<double>(e) / static_cast<double>(s);
-    if (jumped(ratio)) {
-      filter.load_jumped(older.filter, y);
-      noise = older.noise;
-      nis = older.nis;
-      newer = older;
-      since_newer = outliers_in_row = 0;
-      ++load_jumps;
-      return;
+    if constexpr (kWatchesLoad) {
+      if (jumped(ratio)) {
+        filter.load_jumped(older.filter, y);
+        noise = older.noise;
+        nis = older.nis;
+        newer = older;
+        since_newer = outliers_in_row = 0;
+        ++load_jumps;
+        return;
+      }
     }
     if (!taken) {
       ++outliers_in_row;
