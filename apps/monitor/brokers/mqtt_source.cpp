@@ -30,8 +30,7 @@ class MqttSource final : public Source {
     SourceStatus status = feed_.status();
     const std::lock_guard lock(mutex_);
     status.state = state_;
-    for (const std::string& text : {refused_, text_})
-      if (!text.empty()) status.text = status.text.empty() ? text : fmt::format("{}; {}", text, status.text);
+    if (!text_.empty()) status.text = status.text.empty() ? text_ : fmt::format("{}; {}", text_, status.text);
     return status;
   }
   [[nodiscard]] std::string_view promise() const noexcept override {
@@ -61,9 +60,7 @@ class MqttSource final : public Source {
     for (const auto& topic : feed_.topics()) filters.push_back(topic.filter);
     const auto sent = client_.subscribe(filters, 1);
     if (!sent) return set(SourceState::waiting, sent.error().requirement.str());
-    set(SourceState::running, had_session_ && !session
-                                  ? "the broker had forgotten the session: what was sent meanwhile is lost"
-                                  : "");
+    forgotten_ = had_session_ && !session;
     had_session_ = true;
   }
 
@@ -75,8 +72,9 @@ class MqttSource final : public Source {
       if (granted[k] >= kFirstRefusal)
         refused += fmt::format("{}the broker refuses to tell of '{}'", refused.empty() ? "" : "; ",
                                topics[k].filter);
-    const std::lock_guard lock(mutex_);
-    refused_ = std::move(refused);
+    set(SourceState::running, refused.empty() && forgotten_
+                                  ? "the broker had forgotten the session: what was sent meanwhile is lost"
+                                  : std::move(refused));
   }
 
   void message(std::string_view topic, std::string_view payload) {
@@ -94,10 +92,10 @@ class MqttSource final : public Source {
 
   Feed feed_;
   MqttClient client_;
-  bool had_session_ = false;
+  bool had_session_ = false, forgotten_ = false;
   mutable std::mutex mutex_;
   SourceState state_ = SourceState::starting;
-  std::string text_, refused_;
+  std::string text_;
 };
 
 }  // namespace

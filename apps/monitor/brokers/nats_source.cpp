@@ -13,6 +13,7 @@ namespace resonid::monitor {
 namespace {
 
 constexpr double kLook_s = 0.1;  // from one look at the counters to the next
+constexpr std::int64_t kSubscribe_ms = 5000;
 
 class NatsSource final : public BrokerSource {
  public:
@@ -55,6 +56,9 @@ class NatsSource final : public BrokerSource {
     for (std::size_t k = 0; k < subscriptions.size(); ++k)
       if (const natsStatus status = subscribe(connection, k, subscriptions[k]); status != NATS_OK)
         return nats_text(status);
+    if (const natsStatus status = natsConnection_FlushTimeout(connection.get(), kSubscribe_ms);
+        status != NATS_OK)
+      return nats_text(status);  // from here on the server knows
     std::string error;
     while (!stopping()) {
       if (connection.closed()) return error.empty() ? "the server has closed the connection" : error;

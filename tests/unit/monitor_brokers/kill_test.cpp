@@ -69,7 +69,6 @@ TEST(Kill, MqttLosesAndDoublesNothing) {
     const auto source = mqtt_source(broker.port(), rings);
     source->start();
     ASSERT_TRUE(until([&] { return source->status().state == SourceState::running; }));
-    std::this_thread::sleep_for(std::chrono::milliseconds(200));
   }
   std::thread publisher([&] {
     MqttSender sender(broker.port());

@@ -39,10 +39,6 @@ TEST_P(MqttVersions, BringsEverySampleOnceThoughAwayMeanwhile) {
     }
     sender.finish();
   };
-  ASSERT_TRUE(until([&] {  // the subscription has been made once something comes
-    sender.send("machines/x/samples", frame_of("", 0));
-    return rings.ring("x").end() > 0;
-  }));
   send(0, 500);
   ASSERT_TRUE(until([&] { return rings.ring("y").end() == 500 * kFrame; }));
   source->stop();
@@ -104,7 +100,6 @@ TEST(Mqtt, GivesBackWhatAFullRingDidNotTake) {
   source->start();
   ASSERT_TRUE(runs(*source));
   MqttSender sender(broker.port());
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));
   for (std::uint64_t k = 0; k < kFrames; ++k) sender.send("machines/x/samples", frame_of("", k * kFrame));
   sender.finish();
   Ring& ring = rings.ring("x");
@@ -138,7 +133,6 @@ TEST(Mqtt, NamesWhatIsWrongAndGoesOn) {
   const auto source = mqtt_source(broker.port(), rings);
   source->start();
   ASSERT_TRUE(runs(*source));
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));
   MqttSender sender(broker.port());
   const std::string topic = "machines/x/samples";
   sender.send(topic, frame_of("", 0));
@@ -209,7 +203,6 @@ TEST(Mqtt, TrustsOnlyWhomItKnows) {
           << name << " " << source->status().text;
       if (name == "wrong") continue;
       const std::uint64_t next = rings.ring("x").next_sample();
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
       MqttSender sender(broker.port(), (folder / "right.pem").string());
       sender.send("machines/x/samples", frame_of("", next));
       EXPECT_TRUE(until([&] { return rings.ring("x").end() == next + kFrame; }));
@@ -248,7 +241,6 @@ TEST(Mqtt, ReadsTextOfEachTopicByItself) {
   const auto source = std::move(make_mqtt_source(settings, rings).value());
   source->start();
   ASSERT_TRUE(runs(*source));
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));
   MqttSender sender(broker.port());
   for (std::uint64_t k = 0; k < 100; ++k) {
     const std::string ru = std::to_string(value_of(k, 0)), u = std::to_string(value_of(k, 1)),
