@@ -17,7 +17,7 @@ constexpr std::uint64_t kFrames = 20'000;
 int kill_often(const std::string& kind, const std::string& where, const TemporaryFolder& folder,
                unsigned seed) {
   std::mt19937 random(seed);
-  std::uniform_int_distribution<int> instant_ms(15, 120);
+  std::uniform_int_distribution<int> instant_ms(15, 150);
   std::uint64_t reached = 0;
   int within = 0;
   for (int k = 0; k < kKills; ++k) {
@@ -77,7 +77,7 @@ TEST(Kill, MqttLosesAndDoublesNothing) {
   });
   const int within = kill_often("mqtt", where, folder, 1);
   publisher.join();
-  EXPECT_GE(within, kKills / 4);
+  EXPECT_GE(within, kKills / 10);
   expect_all("mqtt", where, folder);
 }
 
@@ -91,7 +91,7 @@ TEST(Kill, JetStreamLosesAndDoublesNothing) {
       [&] { publish_slowly([&](const std::string& frame) { sender.store("machines.x.samples", frame); }); });
   const int within = kill_often("jetstream", server.url(), folder, 2);
   publisher.join();
-  EXPECT_GE(within, kKills / 4);
+  EXPECT_GE(within, kKills / 10);
   expect_all("jetstream", server.url(), folder);
 }
 
