@@ -106,6 +106,7 @@ void run_monitor(const CLI::App& verb, const MonitorVerbOptions& o) {
   sigemptyset(&signals);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&signals, signal);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  ::signal(SIGPIPE, SIG_IGN);  // TLS writes to connections that brokers and clients have closed
   auto service = monitor::Service::start(std::move(installation));
   if (!service) throw InputError(message_of(service.error()));
   for (const auto& remark : (*service)->remarks()) print_error(remark + "\n");
