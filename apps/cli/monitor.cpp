@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <pthread.h>
-#include <signal.h>
-#include <stdlib.h>
-#include <time.h>
 
 #include <CLI/App.hpp>
 #include <algorithm>
 #include <cmath>
+#include <csignal>
+#include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <memory>
 #include <resonid/base/error_text.hpp>

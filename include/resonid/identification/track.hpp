@@ -56,30 +56,30 @@ struct TrackOptions {
   /// friction to arx, iv and physical, `viscous` lets physical estimate it, `both` both.
   Options common;
   TrackMethod method = TrackMethod::automatic;
+  /// Learn from the whole record instead of its first stretch: the rows, which then begin at its first
+  /// sample, know what came after them.
+  bool whole_record = false;
+  bool raw_time = false;  ///< Rows at the newest sample instead of the time that the estimate describes.
   /// Length of the stretch that method, excitation and start are decided from; rows begin after it. Absent:
   /// half a second (200 samples, 20 times the known delay, two periods at least), doubled while it does not
   /// suffice.
   std::optional<double> learn_s;
-  /// Learn from the whole record instead: the rows, which then begin at its first sample, know what came
-  /// after them.
-  bool whole_record = false;
   double memory_s = 0.0;  ///< How long the estimate remembers; 0 chooses.
   /// How arx, oe, rpem and the cloe family let old samples lose weight.
   online::Forgetting forgetting = online::Forgetting::constant;
   /// iv: extrapolate to the newest sample from two memories: no lag but the oscillation's, 1.8 times the
   /// variance.
   bool extrapolate = false;
-  /// physical: relative change of the stiffness per second to reckon with, 1/s; absent: chosen from the
-  /// positions seen so far.
-  std::optional<double> drift_per_s;
   /// For a machine that is watched for hours: physical forgets all parameters over its memory (when 0: two
   /// seconds or thirty periods of the resonance), unless the machine's position tells how it drifts.
   bool long_term = false;
+  /// physical: relative change of the stiffness per second to reckon with, 1/s; absent: chosen from the
+  /// positions seen so far.
+  std::optional<double> drift_per_s;
   /// Watches a figure; what it is at first counts as usual. Rows then say `changed`.
   std::optional<online::AxisFigure> change_of;
   double false_alarm_interval_s = 3600.0;  ///< Mean time between changes that are none.
   std::size_t every = 1;                   ///< Samples per row, >= 1.
-  bool raw_time = false;  ///< Rows at the newest sample instead of the time that the estimate describes.
   std::optional<fit::DriveModel>
       start;  ///< Where estimators begin; absent: identified from the learning stretch.
   std::optional<Units> start_units;  ///< Units of `start`; other ones than the record's are refused.
