@@ -2,7 +2,7 @@
 .DEFAULT_GOAL := help
 # What makes a build from nothing fast (docs/decisions/0010-compile-once.md).
 RESONID_CMAKE ?= -DRESONID_PCH=ON -DRESONID_UNITY=ON
-.PHONY: help demo test build statistics sanitize fuzz bench trust figures package package-test format check clean
+.PHONY: help demo test build statistics soak sanitize fuzz bench trust figures package package-test format check clean
 
 help:          ## This list.
 	@awk -F ':|## ' '/^[a-z-]+:.*## / {printf "  make %-12s %s\n", $$1, $$NF}' Makefile
@@ -27,6 +27,13 @@ statistics:    ## The claims over hundreds of seeds (an hour).
 	cmake --preset dev -DRESONID_STATISTICS=ON
 	cmake --build --preset dev
 	ctest --preset dev --label-regex statistics --verbose
+
+soak:          ## What the monitor promises of alarms, over 10 000 axis-hours and 200 belts that loosen (hours).
+	tools/install_packages build test
+	cmake --preset release $(RESONID_CMAKE) -DRESONID_BENCH=OFF
+	cmake --build --preset release --target test_scenario_monitoring
+	RESONID_SOAK_HOURS=$${RESONID_SOAK_HOURS:-10000} RESONID_SOAK_INTERVAL=$${RESONID_SOAK_INTERVAL:-1000} \
+	RESONID_SOAK_SEEDS=$${RESONID_SOAK_SEEDS:-200} build/release/tests/scenario/test_scenario_monitoring
 
 sanitize:      ## All short tests under clang's address and undefined-behaviour sanitizers (an hour).
 	tools/install_packages build test ci

@@ -321,9 +321,9 @@ class PhysicalFilter {
   }
 
   /// Friction is forgotten kFrictionMemories times as slowly: a motion that goes on says little of it, and
-  /// all margins hang on it.
+  /// all margins hang on it, which would wander with it for minutes.
   void forget(Real part) noexcept {
-    constexpr Real kFrictionMemories = Real(30);
+    constexpr Real kFrictionMemories = Real(300);
     for (std::size_t i = kX; i < kX + kLogs; ++i)
       for (std::size_t j = kX; j < kX + kLogs; ++j) p_[i][j] += part * p_[i][j];
     for (const std::size_t i : {kViscousFriction, kCoulombFriction})
