@@ -37,6 +37,8 @@ expected<void, Error> check(const AlarmSettings& settings) noexcept {
 
 expected<void, Error> check(const FigureAlarmSettings& settings) noexcept {
   if (auto fine = check(settings.alarm); !fine) return fine;
+  if (!(settings.least_change >= 0.0) || !std::isfinite(settings.least_change))
+    return refuse("least_change", "must be >= 0", settings.least_change);
   if (std::isnan(settings.low) || std::isnan(settings.high) || !(settings.low < settings.high))
     return refuse("low", "must be below high", settings.low);
   if (!(settings.deadband >= 0.0) || !std::isfinite(settings.deadband))

@@ -47,6 +47,7 @@ void describe(Visitor&& v, AlarmSettings& c) {
 struct FigureAlarmSettings {
   AlarmSettings alarm;
   bool changes = true;
+  double least_change = 0.0;
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
   double deadband = 0.0;
@@ -55,14 +56,23 @@ template <class Visitor>
 void describe(Visitor&& v, FigureAlarmSettings& c) {
   describe(v, c.alarm);
   v("changes", c.changes, "whether a change against the baseline is an alarm");
+  v("least_change", c.least_change,
+    "how large a change must be to be an alarm, however sure it is, >= 0, in the figure's unit");
   v("low", c.low, "least value that is no alarm, in the figure's unit; -inf: none");
   v("high", c.high, "greatest value that is no alarm, in the figure's unit; inf: none");
   v("deadband", c.deadband,
     "by how much the figure must be back inside its limits before that alarm clears, >= 0, in its unit");
 }
 
-/// Alarms of an axis.
+/// Alarms of an axis. Margins hang on the friction, which is known slowly: what they wander by in hours is
+/// no change that anybody could use.
 struct AxisAlarmSettings {
+  AxisAlarmSettings() noexcept {
+    (*this)[Watched::phase_margin].least_change = 1.0;
+    (*this)[Watched::modulus_margin].least_change = 0.01;
+    (*this)[Watched::gap].least_change = 0.01;
+  }
+
   std::array<FigureAlarmSettings, kWatched> figures{};
   AlarmSettings data{};
   AlarmSettings stale{true, Severity::high};

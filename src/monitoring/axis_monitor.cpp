@@ -243,7 +243,7 @@ void AxisMonitor::take_row(Output& out) {
   facts_.sample = row.sample;
   facts_.controller_known = std::isfinite(of.controller_difference);
   facts_.controller_differs = of.controller_differs;
-  watch_->step(row);
+  watch_->step(row, spec_.alarms);
   out.rows.push_back(row);
   step_alarms(out);
   // What is excited and yet not trusted for so long is not the machine that was learned.

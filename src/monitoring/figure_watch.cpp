@@ -34,11 +34,15 @@ expected<FigureWatch, Error> FigureWatch::create(double row_s, double block_s, d
   return FigureWatch(*detector, kBlocksBack * block_s / row_s);
 }
 
-void FigureWatch::step(const Row& row) noexcept {
+void FigureWatch::step(const Row& row, const AxisAlarmSettings& settings) noexcept {
   for (std::size_t i = 0; i < kWatched; ++i) {
     const auto& f = row.figures[i];
     const double value = row.trusted ? f.value : online::AxisRow::kUnknown;
-    figures_[i].detector.step(value, f.std > 0.0 ? f.std : 1.0);
+    auto& detector = figures_[i].detector;
+    const bool known = detector.alarm();
+    detector.step(value, f.std > 0.0 ? f.std : 1.0);
+    if (detector.alarm() && !known && std::abs(detector.change().size) < settings.figures[i].least_change)
+      detector.resume();
     look_back(figures_[i], value);
   }
 }

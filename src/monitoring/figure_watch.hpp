@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <monitoring/alarm_settings.hpp>
 #include <monitoring/axis_alarms.hpp>
 #include <monitoring/row.hpp>
 #include <resonid/base/expected.hpp>
@@ -13,14 +14,15 @@ namespace resonid::monitoring {
 /// Changes of all figures of one axis against what is usual, row by row. Its bytes are its snapshot.
 ///
 /// A change ends when the figure is back: when its mean over the newest 16 blocks differs from the baseline
-/// by less than a third of the change. Times go on over gaps.
+/// by less than a third of the change. One that is smaller than it must be to be told is none, and looked
+/// for on. Times go on over gaps.
 class FigureWatch {
  public:
   /// `row_s` from row to row; the others as in online::ChangeDetectorConfig.
   static expected<FigureWatch, Error> create(double row_s, double block_s, double baseline_s,
                                              double false_alarm_interval_s);
 
-  void step(const Row& row) noexcept;
+  void step(const Row& row, const AxisAlarmSettings& settings) noexcept;
   /// So many rows were not made.
   void miss(std::uint64_t rows) noexcept;
   /// What is now is usual, from here on.

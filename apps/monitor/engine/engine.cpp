@@ -50,7 +50,7 @@ class Engine::Impl {
     for (auto& axis : axes) slots_.push_back(std::make_unique<Slot>(std::move(axis)));
     for (std::size_t i = 0; i < slots_.size(); ++i) {
       Slot& s = *slots_[i];
-      s.position = s.ring->position_of(s.monitor.next_sample());
+      s.position = s.snapshot_position = s.ring->position_of(s.monitor.next_sample());
       s.ring->set_read(s.position);
       publish(s, true);
     }
@@ -135,7 +135,7 @@ class Engine::Impl {
     Ring* ring;
     std::deque<Told> replayed;  // actions taken before, by sample
     std::uint64_t next_action;
-    std::uint64_t position = 0;
+    std::uint64_t position = 0, snapshot_position = 0;
     monitoring::Output out;
     Results results;
     Clock::time_point snapshot_due, publish_due, curve_due, progress = Clock::now();
@@ -208,7 +208,7 @@ class Engine::Impl {
     watch_staleness(s, now);
     collect(index, s);
     if (now >= s.publish_due) publish(s, now >= s.curve_due);
-    if (now >= s.snapshot_due) make_snapshot(s, now);
+    if (snapshot_is_due(s, now)) make_snapshot(s, now);
     return taken;
   }
 
@@ -346,8 +346,15 @@ class Engine::Impl {
     s.results.axis = index;
   }
 
+  /// In time; sooner where samples come so fast that the ring, which keeps what follows a snapshot, would
+  /// fill.
+  static bool snapshot_is_due(const Slot& s, Clock::time_point now) {
+    return now >= s.snapshot_due || s.position - s.snapshot_position > s.ring->settings().capacity / 4;
+  }
+
   void make_snapshot(Slot& s, Clock::time_point now) {
     s.snapshot_due = now + seconds(options_.snapshot_every_s);
+    s.snapshot_position = s.position;
     if (!s.snapshot_useful) return;
     s.snapshot_useful = false;
     auto bytes = s.monitor.snapshot();

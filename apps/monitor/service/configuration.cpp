@@ -281,4 +281,8 @@ ConfigurationFile read_configuration(const std::filesystem::path& path) {
   return file;
 }
 
+std::string demo_axis(const std::string& experiment) {
+  return std::filesystem::path(experiment).stem().string();
+}
+
 }  // namespace resonid::monitor

@@ -389,6 +389,9 @@ inline constexpr std::size_t kShortestToken = 16;
 /// Figures of an axis whose changes are alarms: its detectors (monitoring/threshold.hpp).
 [[nodiscard]] std::size_t detectors_of(const AxisConfig& axis);
 
+/// What a demo source calls the drive of one of its experiments: the name of the experiment or of its file.
+[[nodiscard]] std::string demo_axis(const std::string& experiment);
+
 /// What is known of each axis, in the order of their names: units converted to SI as in recordings,
 /// controllers and results read, the false-alarm interval of the installation divided over all detectors. For
 /// a configuration without errors; else the first error in question.

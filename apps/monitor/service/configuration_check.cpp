@@ -272,6 +272,14 @@ class Checker {
     if (!who.empty())
       error(path + ".channel", fmt::format("is {} of source {}, which is {} already", io::in_quotes(channel),
                                            io::in_quotes(a.source), who));
+    if (source->second.kind == SourceKind::demo) {
+      std::vector<std::string> drives;
+      for (const auto& experiment : source->second.experiments) drives.push_back(demo_axis(experiment));
+      if (std::find(drives.begin(), drives.end(), channel) == drives.end())
+        error(path + ".channel",
+              fmt::format("found {}{}, required an experiment of source {}: {}", io::in_quotes(channel),
+                          io::suggestion(channel, drives), io::in_quotes(a.source), io::listed(drives)));
+    }
     const auto& columns = source->second.columns;
     for (const auto& [key, column] :
          {std::pair{"input", &a.input}, std::pair{"output", &a.output},

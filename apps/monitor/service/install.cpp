@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <resonid/io/experiment.hpp>
+#include <resonid/io/shipped_experiments.hpp>
 #include <utility>
 
 #include "monitor/brokers/mqtt_source.hpp"
@@ -69,6 +71,27 @@ expected<Access, Error> access_of(const Configuration& all, const Connection& c)
   };
   if (c.tls) access.tls = Tls{file(c.ca_file), file(c.certificate_file), file(c.key_file)};
   return access;
+}
+
+/// Experiments as machines that run on: each is an axis with its name, or that of its file.
+expected<std::vector<DemoMachine>, Error> machines_of(const Configuration& all, const SourceConfig& c) {
+  constexpr double kRun_s = 4.0 * 3600.0;
+  const auto shipped = io::shipped_experiments();
+  std::vector<DemoMachine> machines;
+  for (const auto& name : c.experiments) {
+    DemoMachine machine{demo_axis(name), {}};
+    if (std::any_of(shipped.begin(), shipped.end(), [&](const auto& s) { return s.name == name; })) {
+      machine.experiment = io::shipped_experiment(name);
+    } else {
+      auto read = io::read_experiment(all.file(name));
+      if (!read) return tl::unexpected(std::move(read.error()));
+      machine.experiment = std::move(*read);
+    }
+    machine.experiment.excitation.repeat = true;
+    machine.experiment.run.duration_s = std::max(machine.experiment.run.duration_s, kRun_s);
+    machines.push_back(std::move(machine));
+  }
+  return machines;
 }
 
 Made make_mqtt(const Configuration& all, const std::string& name, const SourceConfig& c, Axes& axes) {
@@ -142,10 +165,9 @@ Made make_source(const Configuration& all, const std::string& name, const Source
       return make_command_source(std::move(settings), axes);
     }
     case SourceKind::demo: {
-      DemoSettings settings;
-      settings.machines = demo_machines();
-      settings.speed = c.speed;
-      return make_demo_source(std::move(settings), axes);
+      auto machines = machines_of(all, c);
+      if (!machines) return tl::unexpected(std::move(machines.error()));
+      return make_demo_source({std::move(*machines), c.speed}, axes);
     }
   }
   return tl::unexpected(Error{"kind", "must be one that there is"});
@@ -211,8 +233,6 @@ Installation demo_installation(const std::filesystem::path& data, double speed, 
   auto machines = demo_machines();
   constexpr std::size_t kDetectors = 10;  // of each axis
   all.engine.stale_s = 5.0;
-  // What is in the ring passes so much sooner.
-  all.engine.snapshot_every_s = std::min(10.0, 40.0 / speed);
   for (const auto& machine : machines) {
     const auto& e = machine.experiment;
     InstalledAxis axis;

@@ -129,6 +129,8 @@ TEST(Check, RefusesSourcesThatCannotBe) {
                       "m.toml:14:11: source.s.durable", "needs a stream"));
   EXPECT_TRUE(is_only(source("kind = 'demo'\nexperiments = ['demoo']"), "m.toml:12:15: source.s.experiments",
                       "(did you mean 'demo'?)"));
+  EXPECT_TRUE(is_only(source("kind = 'demo'\nexperiments = ['demo', 'x/bela.toml']"),
+                      "m.toml:12:15: source.s.experiments", "required a shipped experiment or a file"));
   EXPECT_TRUE(is_only(source("kind = 'stdin'\npath = 'f'"),
                       "m.toml:12:1: unknown key 'source.s.path' with kind = "
                       "'stdin'",

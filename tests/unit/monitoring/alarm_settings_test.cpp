@@ -55,7 +55,7 @@ TEST(AlarmSettings, EveryFigureAndConditionIsDescribed) {
   std::set<std::string> names;
   AxisAlarmSettings settings;
   describe(Names{names, ""}, settings);
-  EXPECT_EQ(names.size(), 11 * (1 + 11) + 4 * (1 + 7));
+  EXPECT_EQ(names.size(), 11 * (1 + 12) + 4 * (1 + 7));
   EXPECT_TRUE(names.contains("driven_inertia.low"));
   EXPECT_TRUE(names.contains("stale.severity"));
   EXPECT_FALSE(names.contains("stale.deadband"));

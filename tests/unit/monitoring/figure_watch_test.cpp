@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <monitoring/figure_watch.hpp>
+#include <random>
+
+namespace resonid::monitoring {
+namespace {
+
+/// Phase margins around 60 degrees, 0.1 degrees of noise, one per second.
+struct Margins {
+  FigureWatch watch = FigureWatch::create(1.0, 4.0, 400.0, 3.6e5).value();
+  AxisAlarmSettings settings;
+  std::mt19937_64 generator{7};
+  std::normal_distribution<double> noise{0.0, 0.1};
+
+  /// Whether a change was told at any time.
+  bool run(int seconds, double shift) {
+    bool told = false;
+    for (int k = 0; k < seconds; ++k) {
+      Row row;
+      row.trusted = true;
+      row[Watched::phase_margin] = {60.0 + shift + noise(generator), 0.1};
+      watch.step(row, settings);
+      told = told || changed();
+    }
+    return told;
+  }
+  [[nodiscard]] bool changed() const {
+    return watch.changes(0.0)[static_cast<std::size_t>(Watched::phase_margin)].changed;
+  }
+};
+
+TEST(FigureWatch, TellsNoChangeThatIsSmallerThanTheLeastOne) {
+  Margins m;
+  ASSERT_EQ(m.settings[Watched::phase_margin].least_change, 1.0);
+  EXPECT_FALSE(m.run(500, 0.0));
+  EXPECT_FALSE(m.run(500, 0.5));
+  EXPECT_TRUE(m.run(100, 3.0));
+  EXPECT_TRUE(m.changed());
+}
+
+TEST(FigureWatch, FindsEverySureChangeWhereNoneIsTooSmall) {
+  Margins m;
+  m.settings[Watched::phase_margin].least_change = 0.0;
+  EXPECT_FALSE(m.run(500, 0.0));
+  EXPECT_TRUE(m.run(100, 0.5));
+}
+
+TEST(FigureWatch, TellsWhatHasGrownBeyondTheLeastChange) {
+  Margins m;
+  EXPECT_FALSE(m.run(500, 0.0));
+  bool told = false;
+  for (int step = 1; step <= 9; ++step) told = m.run(60, -0.1 * step) || told;
+  EXPECT_FALSE(told);
+  for (int step = 10; step <= 25; ++step) told = m.run(60, -0.1 * step) || told;
+  EXPECT_TRUE(told);
+}
+
+}  // namespace
+}  // namespace resonid::monitoring
