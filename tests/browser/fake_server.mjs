@@ -210,8 +210,9 @@ export class Simulation {
 
   historyOf(name, names, from, to, points) {
     const span = to - from;
-    const resolution = span <= 6 * 3600 ? "row" : span <= 60 * 86400 ? "hour" : "day";
-    const step = Math.max(span / points, { row: 1, hour: 3600, day: 86400 }[resolution]);
+    const lengths = { row: 1, "five-minutes": 300, hour: 3600, day: 86400 };
+    const resolution = span <= 2 * 86400 ? "row" : span <= 62 * 86400 && span / points < 3600 ? "five-minutes" : span / points < 86400 ? "hour" : "day";
+    const step = Math.max(span / points, lengths[resolution]);
     const out = { time_s: [], figures: Object.fromEntries(names.map((f) => [f, { value: [], std: [], min: [], max: [], trusted: [] }])), resolution };
     const end = Math.min(to, name === "press-2" ? this.start - 412 : Date.now() / 1000);
     for (let t = Math.ceil(from / step) * step; t <= end; t += step) {

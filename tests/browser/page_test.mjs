@@ -236,7 +236,7 @@ describe("page of resonid monitor", { skip: CHROMIUM ? false : "SKIPPED: no chro
     await says('.chips button[aria-pressed="true"]', /^Stiffness$/);
     await says(".trend-box .explain", /\(10 min\), from rows of one second/);
     await press("1 year");
-    await says(".trend-box .explain", /\(365 days\), from daily means/);
+    await says(".trend-box .explain", /\(365 days\), from hourly means/);
     await says(".trends .legend", /least … largest/);
     await press("Load inertia");
     await page.waitForFunction(() => document.querySelectorAll(".trends h3").length === 2);
@@ -251,7 +251,7 @@ describe("page of resonid monitor", { skip: CHROMIUM ? false : "SKIPPED: no chro
   test("dragging over a trend asks for that time, and back undoes it", async () => {
     await visit("#/axis/winder-5?span=2592000&f=load_inertia");
     await page.waitForSelector(".trends canvas");
-    await says(".trend-box .explain", /\(30 days\), from hourly means/);
+    await says(".trend-box .explain", /\(30 days\), from means over five minutes/);
     const over = await page.$(".trends .u-over");
     await over.evaluate((e) => e.scrollIntoView({ block: "center" }));
     const box = await over.boundingBox();

@@ -135,6 +135,7 @@ expected<void, Error> check(const MonitorConfig& c) {
 expected<void, Error> check(const RetentionConfig& c) {
   return TableCheck()
       .age("rows_s", c.rows_s)
+      .age("five_minutes_s", c.five_minutes_s)
       .age("hours_s", c.hours_s)
       .age("days_s", c.days_s)
       .age("evidence_s", c.evidence_s)

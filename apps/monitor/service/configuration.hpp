@@ -79,6 +79,7 @@ void describe(Visitor&& v, MonitorConfig& c) {
 /// How long history is kept: [retention].
 struct RetentionConfig {
   double rows_s = 30.0 * 86400.0;
+  double five_minutes_s = 365.0 * 86400.0;
   double hours_s = 10.0 * 365.0 * 86400.0;
   double days_s = 0.0;
   double evidence_s = 365.0 * 86400.0;
@@ -87,12 +88,13 @@ struct RetentionConfig {
 template <class Visitor>
 void describe(Visitor&& v, RetentionConfig& c) {
   v("rows_s", c.rows_s, "of rows, one per second; 0: for ever (s)");
+  v("five_minutes_s", c.five_minutes_s, "of means over five minutes; 0: for ever (s)");
   v("hours_s", c.hours_s, "of means over hours; 0: for ever (s)");
   v("days_s", c.days_s, "of means over days; 0: for ever (s)");
   v("evidence_s", c.evidence_s, "of the samples around alarms that are closed; 0: for ever (s)");
   v("size_bytes", c.size_bytes,
-    "of database and evidence, without rings, >= 1e7; beyond it the oldest rows go first, then hours, then "
-    "evidence (bytes)");
+    "of database and evidence, without rings, >= 1e7; beyond it the oldest rows go first, then five minutes, "
+    "hours, and evidence (bytes)");
 }
 
 /// How a server is reached. Passwords stand in files of their own.

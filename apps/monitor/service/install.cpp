@@ -190,6 +190,7 @@ expected<Installation, Error> installation_of(const Configuration& configuration
   all.engine.workers = static_cast<std::size_t>(m.workers);
   const auto& r = configuration.retention;
   all.retention.rows_s = r.rows_s;
+  all.retention.five_minutes_s = r.five_minutes_s;
   all.retention.hours_s = r.hours_s;
   all.retention.days_s = r.days_s;
   all.retention.evidence_s = r.evidence_s;

@@ -10,20 +10,30 @@ namespace resonid::monitor {
 namespace {
 
 using detail::kDayNs;
+using detail::kFiveMinutesNs;
 using detail::kHourNs;
 using detail::Query;
 using monitoring::Watched;
 
 constexpr std::size_t kMostPoints = 100'000;
-constexpr std::int64_t kRowsSpanNs = 2 * kDayNs;       // by itself: a day of rows takes 0.1 s
-constexpr std::int64_t kMostRowsSpanNs = 31 * kDayNs;  // even where it is asked for
-constexpr std::int64_t kUnsettledNs = 3 * kHourNs;     // hours in progress are made of rows here
-constexpr std::uint32_t kStretchRows = 30;             // trusted, for a comparison
-constexpr std::int64_t kStretchNs = 300'000'000'000;   // to either side
-constexpr std::int64_t kNearNs = 7 * kDayNs;           // farther stretches are not of that time any more
+constexpr std::int64_t kRowsSpanNs = 2 * kDayNs;          // by itself: a day of rows takes 0.1 s
+constexpr std::int64_t kFiveMinutesSpanNs = 62 * kDayNs;  // likewise: of 18 000 summaries
+constexpr std::int64_t kMostRowsSpanNs = 31 * kDayNs;     // even where it is asked for
+constexpr std::int64_t kUnsettledNs = 2 * kDayNs;     // at most so much is made of rows that have no hour yet
+constexpr std::uint32_t kStretchRows = 30;            // trusted, for a comparison
+constexpr std::int64_t kStretchNs = 300'000'000'000;  // to either side
+constexpr std::int64_t kNearNs = 7 * kDayNs;          // farther stretches are not of that time any more
 
-std::string_view table_of(Resolution resolution) { return resolution == Resolution::hour ? "hours" : "days"; }
-std::int64_t length_of(Resolution resolution) { return resolution == Resolution::hour ? kHourNs : kDayNs; }
+/// What stretches of one length are: their table, and their length.
+struct Stretches {
+  std::string_view table;
+  std::int64_t length_ns;
+};
+Stretches stretches_of(Resolution resolution) {
+  if (resolution == Resolution::five_minutes) return {"five_minutes", kFiveMinutesNs};
+  if (resolution == Resolution::hour) return {"hours", kHourNs};
+  return {"days", kDayNs};
+}
 
 std::optional<std::int64_t> first_of(detail::Connection& connection, std::string_view table,
                                      std::string_view column, std::int64_t axis) {
@@ -36,21 +46,27 @@ Resolution choose(detail::Connection& connection, std::int64_t axis, const Histo
   const std::int64_t span = query.to_ns - query.from_ns;
   const auto step = span / static_cast<std::int64_t>(query.points);
   const auto rows = first_of(connection, "rows", "time_ns", axis);
+  const auto parts = first_of(connection, "five_minutes", "start_ns", axis);
   const auto hours = first_of(connection, "hours", "start_ns", axis);
   const auto days = first_of(connection, "days", "start_ns", axis);
-  // An hour's record starts before its first row, a day's before its first hour.
-  const bool rows_reach = !hours || (rows && (*rows <= query.from_ns || *rows < *hours + kHourNs));
-  if (rows_reach && span <= kRowsSpanNs) return Resolution::row;
-  const bool hours_reach = !days || (hours && (*hours <= query.from_ns || *hours < *days + kDayNs));
-  if (hours_reach && step < kDayNs) return Resolution::hour;
+  // A coarser record starts before the first finer one that is in it.
+  const auto reaches = [&](const std::optional<std::int64_t>& first,
+                           const std::optional<std::int64_t>& coarser, std::int64_t length_ns) {
+    return !coarser || (first && (*first <= query.from_ns || *first < *coarser + length_ns));
+  };
+  if (span <= kRowsSpanNs && reaches(rows, hours, kHourNs)) return Resolution::row;
+  if (span <= kFiveMinutesSpanNs && step < kHourNs && reaches(parts, hours, kHourNs))
+    return Resolution::five_minutes;
+  if (step < kDayNs && reaches(hours, days, kDayNs)) return Resolution::hour;
   return Resolution::day;
 }
 
 /// Points of equal steps, from rows or from summaries that come in the order of time.
 class Points {
  public:
-  Points(const HistoryQuery& query, double memory_s, std::int64_t step_ns, History& history)
-      : query_(query), memory_s_(memory_s), step_ns_(step_ns), history_(history) {
+  Points(const HistoryQuery& query, double memory_s, std::int64_t step_ns, std::int64_t length_ns,
+         History& history)
+      : query_(query), memory_s_(memory_s), step_ns_(step_ns), length_ns_(length_ns), history_(history) {
     gatherers_.resize(query.figures.size());
     parts_.resize(query.figures.size());
     history_.figures.resize(query.figures.size());
@@ -62,8 +78,8 @@ class Points {
       gatherers_[i].add(time_ns, row.figure(query_.figures[i]), row.trusted());
   }
 
-  void add_summary(std::int64_t start_ns, std::int64_t length_ns, const Summary& summary) {
-    begin(std::max(start_ns, query_.from_ns), start_ns + length_ns / 2);
+  void add_summary(std::int64_t start_ns, const Summary& summary) {
+    begin(std::max(start_ns, query_.from_ns), start_ns + length_ns_ / 2);
     for (std::size_t i = 0; i < parts_.size(); ++i)
       parts_[i].push_back(summary[static_cast<std::size_t>(query_.figures[i])]);
   }
@@ -72,8 +88,9 @@ class Points {
     if (count_ == 0) return;
     history_.time_ns.push_back(first_ns_ + std::llround(after_first_ns_ / static_cast<double>(count_)));
     for (std::size_t i = 0; i < gatherers_.size(); ++i) {
-      history_.figures[i].push_back(parts_[i].empty() ? gatherers_[i].summary(memory_s_)
-                                                      : combine(parts_[i]));
+      history_.figures[i].push_back(
+          parts_[i].empty() ? gatherers_[i].summary(memory_s_)
+                            : combine(parts_[i], memory_s_ / (static_cast<double>(length_ns_) * 1e-9)));
       gatherers_[i].clear();
       parts_[i].clear();
     }
@@ -94,7 +111,7 @@ class Points {
 
   const HistoryQuery& query_;
   double memory_s_;
-  std::int64_t step_ns_;
+  std::int64_t step_ns_, length_ns_;  // of a point, and of a summary
   History& history_;
   std::int64_t index_ = -1, first_ns_ = 0;
   double after_first_ns_ = 0.0;
@@ -145,12 +162,12 @@ class Around {
 
   void from_summaries(Reader::Impl& reader, AxisKey axis, Resolution resolution) {
     if (std::all_of(found_.begin(), found_.end(), [](const auto& then) { return then.has_value(); })) return;
-    const std::int64_t length = length_of(resolution);
+    const auto [table, length] = stretches_of(resolution);
     std::array<std::optional<Then>, monitoring::kWatched> nearest;
-    Query query(reader.connection,
-                fmt::format("SELECT start_ns, data FROM {} WHERE axis = ? AND start_ns > ? AND start_ns < ?",
-                            table_of(resolution)),
-                axis.id, time_ns_ - kNearNs - length, time_ns_ + kNearNs);
+    Query query(
+        reader.connection,
+        fmt::format("SELECT start_ns, data FROM {} WHERE axis = ? AND start_ns > ? AND start_ns < ?", table),
+        axis.id, time_ns_ - kNearNs - length, time_ns_ + kNearNs);
     while (query.next()) {
       const auto summary = decode_summary(query.bytes(1));
       const std::int64_t start = query.integer(0);
@@ -179,12 +196,12 @@ unexpected<StoreError> refused(std::string text) {
 
 constexpr std::int64_t kFarthestQueryNs = 4'000'000'000'000'000'000;  // spans and neighbours are int64, too
 
-/// Hours in progress, which have no record yet.
-void add_unsettled(Reader::Impl& reader, AxisKey axis, std::int64_t from_ns, const HistoryQuery& query,
-                   Points& points) {
+/// Of hours in progress, which have no record yet.
+void add_unsettled(Reader::Impl& reader, AxisKey axis, std::int64_t from_ns, std::int64_t length_ns,
+                   const HistoryQuery& query, Points& points) {
   std::int64_t start = from_ns;
   std::array<FigureGatherer, monitoring::kWatched> figures;
-  const auto end_hour = [&] {
+  const auto end_stretch = [&] {
     Summary summary;
     std::uint32_t rows = 0;
     for (std::size_t i = 0; i < figures.size(); ++i) {
@@ -192,19 +209,19 @@ void add_unsettled(Reader::Impl& reader, AxisKey axis, std::int64_t from_ns, con
       rows += summary[i].rows;
       figures[i].clear();
     }
-    if (rows > 0) points.add_summary(start, kHourNs, summary);
+    if (rows > 0) points.add_summary(start, summary);
   };
   reader.visit_rows(
       axis.id, from_ns, query.to_ns, [&](std::int64_t time_ns, std::uint64_t, const RowBytes& row) {
-        if (time_ns >= start + kHourNs) {
-          end_hour();
-          start = detail::start_of(time_ns, kHourNs);
+        if (time_ns >= start + length_ns) {
+          end_stretch();
+          start = detail::start_of(time_ns, length_ns);
         }
         for (const Watched watched : query.figures)
           figures[static_cast<std::size_t>(watched)].add(time_ns, row.figure(watched), row.trusted());
         return true;
       });
-  end_hour();
+  end_stretch();
 }
 
 }  // namespace
@@ -216,7 +233,7 @@ expected<History, StoreError> Reader::history(const HistoryQuery& query) {
   if (query.from_ns < -kFarthestQueryNs || query.to_ns > kFarthestQueryNs)
     return refused("a history lies between the years 1844 and 2096");
   if (query.resolution == Resolution::row && query.to_ns - query.from_ns > kMostRowsSpanNs)
-    return refused("rows are read over at most 31 days; take hours or days");
+    return refused("rows are read over at most 31 days; take five minutes, hours or days");
   return impl_->read([&] {
     History history;
     const auto axis = impl_->axis(query.axis);
@@ -226,9 +243,10 @@ expected<History, StoreError> Reader::history(const HistoryQuery& query) {
     const bool by_rows = history.resolution == Resolution::row;
     const auto count = static_cast<std::int64_t>(query.points);
     std::int64_t step = (query.to_ns - query.from_ns + count - 1) / count;
-    if (!by_rows) step = std::max(step, length_of(history.resolution));
+    const auto [table, length] = stretches_of(history.resolution);
+    if (!by_rows) step = std::max(step, length);
     history.step_s = static_cast<double>(step) * 1e-9;
-    Points points(query, axis->memory_s, step, history);
+    Points points(query, axis->memory_s, step, length, history);
     if (by_rows) {
       impl_->visit_rows(axis->id, query.from_ns, query.to_ns,
                         [&](std::int64_t time_ns, std::uint64_t, const RowBytes& row) {
@@ -236,27 +254,27 @@ expected<History, StoreError> Reader::history(const HistoryQuery& query) {
                           return true;
                         });
     } else {
-      const std::int64_t length = length_of(history.resolution);
       Query stored(
           impl_->connection,
           fmt::format("SELECT start_ns, data FROM {} WHERE axis = ? AND start_ns > ? AND start_ns < ? "
                       "ORDER BY start_ns",
-                      table_of(history.resolution)),
+                      table),
           axis->id, query.from_ns - length, query.to_ns);
       std::int64_t end = query.from_ns;
       while (stored.next()) {
         end = stored.integer(0) + length;
         if (const auto summary = decode_summary(stored.bytes(1)))
-          points.add_summary(stored.integer(0), length, *summary);
+          points.add_summary(stored.integer(0), *summary);
       }
-      if (history.resolution == Resolution::hour) {
+      if (history.resolution != Resolution::day) {
         Query newest(impl_->connection,
                      "SELECT max((SELECT coalesce(max(time_ns), ?1) FROM rows WHERE axis = ?2), "
                      "(SELECT coalesce(max(time_ns), ?1) FROM fresh WHERE axis = ?2))",
                      query.from_ns, axis->id);
         const std::int64_t last = newest.next() ? newest.integer(0) : query.from_ns;
         end = std::max(end, detail::start_of(last, kHourNs) - kUnsettledNs);
-        if (end < query.to_ns) add_unsettled(*impl_, *axis, detail::start_of(end, kHourNs), query, points);
+        if (end < query.to_ns)
+          add_unsettled(*impl_, *axis, detail::start_of(end, length), length, query, points);
       }
     }
     points.end();

@@ -16,9 +16,12 @@
 
 namespace resonid::monitor {
 
-enum class Resolution : std::uint8_t { row, hour, day };
-inline constexpr EnumName<Resolution> kResolutionNames[] = {
-    {Resolution::row, "row"}, {Resolution::hour, "hour"}, {Resolution::day, "day"}};
+/// What the points of a history are made of.
+enum class Resolution : std::uint8_t { row, five_minutes, hour, day };
+inline constexpr EnumName<Resolution> kResolutionNames[] = {{Resolution::row, "row"},
+                                                            {Resolution::five_minutes, "five-minutes"},
+                                                            {Resolution::hour, "hour"},
+                                                            {Resolution::day, "day"}};
 [[nodiscard]] constexpr std::span<const EnumName<Resolution>> enum_names(Resolution) noexcept {
   return kResolutionNames;
 }

@@ -32,6 +32,8 @@ CREATE TABLE fresh (
 CREATE TABLE rows (
   axis INTEGER NOT NULL, time_ns INTEGER NOT NULL, sample INTEGER NOT NULL, data BLOB NOT NULL,
   PRIMARY KEY (axis, time_ns, sample)) WITHOUT ROWID;
+CREATE TABLE five_minutes (
+  axis INTEGER NOT NULL, start_ns INTEGER NOT NULL, data BLOB NOT NULL, PRIMARY KEY (axis, start_ns)) WITHOUT ROWID;
 CREATE TABLE hours (
   axis INTEGER NOT NULL, start_ns INTEGER NOT NULL, data BLOB NOT NULL, PRIMARY KEY (axis, start_ns)) WITHOUT ROWID;
 CREATE TABLE days (
@@ -74,8 +76,10 @@ CREATE INDEX outbox_done ON outbox (done_ns) WHERE done_ns IS NOT NULL;
 )";
 
 constexpr std::string_view kTablesToCheck[] = {
-    "meta",     "axes",   "configurations", "positions", "alarms",          "events", "actions", "baselines",
-    "evidence", "outbox", "fresh",          "snapshots", "unsettled_hours", "days",   "hours",   "rows"};
+    "meta",         "axes",      "configurations",  "positions", "alarms",
+    "events",       "actions",   "baselines",       "evidence",  "outbox",
+    "fresh",        "snapshots", "unsettled_hours", "days",      "hours",
+    "five_minutes", "rows"};
 
 using QuickClock = std::chrono::steady_clock;
 int past_deadline(void* deadline) {

@@ -9,10 +9,12 @@
 namespace resonid::monitor::detail {
 
 inline constexpr std::int64_t kSchemaVersion = 1;
-inline constexpr std::int64_t kHourNs = 3'600'000'000'000;
+inline constexpr std::int64_t kFiveMinutesNs = 300'000'000'000;
+inline constexpr std::int64_t kHourNs = 12 * kFiveMinutesNs;
 inline constexpr std::int64_t kDayNs = 24 * kHourNs;
 
-/// The start of the hour or day (UTC) that an instant lies in; earlier than 1970 as well.
+/// The start of the five minutes, the hour or the day (UTC) that an instant lies in; earlier than 1970 as
+/// well.
 [[nodiscard]] constexpr std::int64_t start_of(std::int64_t time_ns, std::int64_t length_ns) noexcept {
   const std::int64_t into = time_ns % length_ns;
   return time_ns - (into < 0 ? into + length_ns : into);

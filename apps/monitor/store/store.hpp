@@ -15,11 +15,13 @@ namespace resonid::monitor {
 /// configurations stay.
 struct Retention {
   double rows_s = 30.0 * 86400;
+  double five_minutes_s = 365.0 * 86400;
   double hours_s = 10.0 * 365 * 86400;
   double days_s = 0.0;
-  double evidence_s = 365.0 * 86400;     ///< Of closed alarms.
-  double delivered_s = 30.0 * 86400;     ///< Keys of delivered messages.
-  std::uint64_t bytes = 10'000'000'000;  ///< Database and evidence; rows go first, then hours, then evidence.
+  double evidence_s = 365.0 * 86400;  ///< Of closed alarms.
+  double delivered_s = 30.0 * 86400;  ///< Keys of delivered messages.
+  std::uint64_t bytes =
+      10'000'000'000;  ///< Database and evidence; rows go first, then five minutes, hours, evidence.
 };
 
 struct StoreOptions {
@@ -60,7 +62,8 @@ class Store {
   /// All of the batch, safe from power loss, or nothing. What is known already changes nothing.
   [[nodiscard]] expected<Committed, StoreError> commit(const Batch& batch);
 
-  /// One small step of what keeps the file in order: rows to their place, statistics of ended hours,
+  /// One small step of what keeps the file in order: rows to their place, statistics of ended hours and of
+  /// the five minutes in them,
   /// retention, returning space. Called after each commit, again while there is more to do and time left.
   /// `now_ns`: UNIX.
   [[nodiscard]] expected<Upkeep, StoreError> upkeep(std::int64_t now_ns);

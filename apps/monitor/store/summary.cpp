@@ -32,6 +32,15 @@ double std_by_memory(double sigma, double memory, double n) {
   return sigma * std::sqrt(std::clamp(ratio, 0.0, 1.0));
 }
 
+/// By how much the standard deviation of the mean of `n` successive stretches is larger than if their errors
+/// were independent; correlated exponentially over `memory` stretches.
+double alike_by_memory(double memory, double n) {
+  if (memory <= 0.0 || n < 2.0) return 1.0;
+  // Variance of the mean over x memories, of a process of variance 1.
+  const auto variance = [](double x) { return 2.0 * (x + std::expm1(-x)) / square(x); };
+  return std::sqrt(std::max(1.0, n * variance(n / memory) / variance(1.0 / memory)));
+}
+
 /// The larger of two, where known.
 double larger_known(double a, double b) { return std::isnan(a) ? b : std::isnan(b) ? a : std::max(a, b); }
 
@@ -193,7 +202,7 @@ FigureSummary FigureGatherer::summary(double memory_s) const {
   return summary;
 }
 
-FigureSummary combine(std::span<const FigureSummary> stretches) {
+FigureSummary combine(std::span<const FigureSummary> stretches, double memory) {
   FigureSummary all;
   for (const auto& part : stretches) {
     all.rows += part.rows;
@@ -225,9 +234,10 @@ FigureSummary combine(std::span<const FigureSummary> stretches) {
   all.mean = mean;
   all.spread = std::sqrt(squares);
   if (all.trusted == 0) return all;
-  all.own_std = std::sqrt(own);
+  const double alike = alike_by_memory(memory, static_cast<double>(means.size()));
+  all.own_std = alike * std::sqrt(own);
   const double between = std_of_mean(means, weights);
-  all.std = std::isnan(between) ? std::sqrt(each) : larger_known(between, all.own_std);
+  all.std = std::isnan(between) ? alike * std::sqrt(each) : larger_known(between, all.own_std);
   return all;
 }
 

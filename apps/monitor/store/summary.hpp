@@ -54,7 +54,8 @@ class FigureGatherer {
   Rows trusted_, others_;
 };
 
-/// The stretches together: of one day from its hours, of years from days.
-[[nodiscard]] FigureSummary combine(std::span<const FigureSummary> stretches);
+/// The stretches together: of one day from its hours, of years from days. All are equally long; errors
+/// `memory` of them apart are taken to be correlated by 1/e, 0: not at all.
+[[nodiscard]] FigureSummary combine(std::span<const FigureSummary> stretches, double memory = 0.0);
 
 }  // namespace resonid::monitor

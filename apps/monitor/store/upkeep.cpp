@@ -12,6 +12,7 @@ namespace resonid::monitor {
 namespace {
 
 using detail::kDayNs;
+using detail::kFiveMinutesNs;
 using detail::kHourNs;
 using detail::Query;
 using detail::run;
@@ -34,13 +35,50 @@ std::int64_t before(std::int64_t now_ns, double age_s) {
   return now_ns - static_cast<std::int64_t>(age_s * 1e9);
 }
 
-Summary summary_of_hour(detail::Connection& connection, std::int64_t axis, std::int64_t start_ns) {
-  double memory_s = 0.0;
-  {
-    Query query(connection, "SELECT memory_s FROM axes WHERE id = ?", axis);
-    if (query.next()) memory_s = query.real(0);
+double memory_of(detail::Connection& connection, std::int64_t axis) {
+  Query query(connection, "SELECT memory_s FROM axes WHERE id = ?", axis);
+  return query.next() ? query.real(0) : 0.0;
+}
+
+/// All figures over a stretch of rows.
+class RowGatherer {
+ public:
+  void add(std::int64_t time_ns, const RowBytes& row) {
+    for (std::size_t i = 0; i < figures_.size(); ++i)
+      figures_[i].add(time_ns, row.figure(static_cast<monitoring::Watched>(i)), row.trusted());
+    any_ = true;
   }
-  std::array<FigureGatherer, monitoring::kWatched> figures;
+  [[nodiscard]] bool any() const { return any_; }
+  /// And begins anew.
+  [[nodiscard]] Summary take(double memory_s) {
+    Summary summary;
+    for (std::size_t i = 0; i < figures_.size(); ++i) {
+      summary[i] = figures_[i].summary(memory_s);
+      figures_[i].clear();
+    }
+    any_ = false;
+    return summary;
+  }
+
+ private:
+  std::array<FigureGatherer, monitoring::kWatched> figures_;
+  bool any_ = false;
+};
+
+/// An hour, and the five minutes of it that have rows.
+struct HourSummaries {
+  Summary hour;
+  std::vector<std::pair<std::int64_t, Summary>> five_minutes;  // with their starts
+};
+
+HourSummaries summaries_of_hour(detail::Connection& connection, std::int64_t axis, std::int64_t start_ns,
+                                double memory_s) {
+  HourSummaries all;
+  RowGatherer hour, part;
+  std::int64_t part_ns = start_ns;
+  const auto end_part = [&] {
+    if (part.any()) all.five_minutes.emplace_back(part_ns, part.take(memory_s));
+  };
   Query query(connection,
               "SELECT time_ns, data FROM rows WHERE axis = ? AND time_ns >= ? AND time_ns < ? "
               "ORDER BY time_ns, sample",
@@ -48,15 +86,21 @@ Summary summary_of_hour(detail::Connection& connection, std::int64_t axis, std::
   while (query.next()) {
     const auto row = RowBytes::of(query.bytes(1));
     if (!row) continue;
-    for (std::size_t i = 0; i < figures.size(); ++i)
-      figures[i].add(query.integer(0), row->figure(static_cast<monitoring::Watched>(i)), row->trusted());
+    const std::int64_t time_ns = query.integer(0);
+    if (time_ns >= part_ns + kFiveMinutesNs) {
+      end_part();
+      part_ns = start_of(time_ns, kFiveMinutesNs);
+    }
+    part.add(time_ns, *row);
+    hour.add(time_ns, *row);
   }
-  Summary summary;
-  for (std::size_t i = 0; i < figures.size(); ++i) summary[i] = figures[i].summary(memory_s);
-  return summary;
+  end_part();
+  all.hour = hour.take(memory_s);
+  return all;
 }
 
-Summary summary_of_day(detail::Connection& connection, std::int64_t axis, std::int64_t start_ns) {
+Summary summary_of_day(detail::Connection& connection, std::int64_t axis, std::int64_t start_ns,
+                       double memory_s) {
   std::array<std::vector<FigureSummary>, monitoring::kWatched> hours;
   Query query(connection,
               "SELECT data FROM hours WHERE axis = ? AND start_ns >= ? AND start_ns < ? ORDER BY start_ns",
@@ -65,7 +109,8 @@ Summary summary_of_day(detail::Connection& connection, std::int64_t axis, std::i
     if (const auto hour = decode_summary(query.bytes(0)))
       for (std::size_t i = 0; i < hours.size(); ++i) hours[i].push_back((*hour)[i]);
   Summary summary;
-  for (std::size_t i = 0; i < hours.size(); ++i) summary[i] = combine(hours[i]);
+  for (std::size_t i = 0; i < hours.size(); ++i)
+    summary[i] = combine(hours[i], memory_s / (static_cast<double>(kHourNs) * 1e-9));
   return summary;
 }
 
@@ -156,9 +201,13 @@ bool Store::Impl::settle_hour(std::int64_t now_ns) {
     start_ns = query.integer(1);
   }
   Transaction transaction(connection_, Transaction::Kind::write);
-  put_summary(connection_, "hours", axis, start_ns, summary_of_hour(connection_, axis, start_ns));
+  const double memory_s = memory_of(connection_, axis);
+  const auto all = summaries_of_hour(connection_, axis, start_ns, memory_s);
+  for (const auto& [part_ns, summary] : all.five_minutes)
+    put_summary(connection_, "five_minutes", axis, part_ns, summary);
+  put_summary(connection_, "hours", axis, start_ns, all.hour);
   const std::int64_t day = start_of(start_ns, kDayNs);
-  put_summary(connection_, "days", axis, day, summary_of_day(connection_, axis, day));
+  put_summary(connection_, "days", axis, day, summary_of_day(connection_, axis, day, memory_s));
   run(connection_, "DELETE FROM unsettled_hours WHERE axis = ? AND start_ns = ?", axis, start_ns);
   transaction.commit();
   return true;
@@ -167,17 +216,18 @@ bool Store::Impl::settle_hour(std::int64_t now_ns) {
 bool Store::Impl::remove_aged(std::int64_t now_ns) {
   const Retention& keep = options.retention;
   return remove_rows(before(now_ns, keep.rows_s)) ||
+         remove_summaries("five_minutes", before(now_ns, keep.five_minutes_s)) ||
          remove_summaries("hours", before(now_ns, keep.hours_s)) ||
          remove_summaries("days", before(now_ns, keep.days_s)) ||
          doom_evidence(before(now_ns, keep.evidence_s)) || forget_delivered(before(now_ns, keep.delivered_s));
 }
 
-/// What is needed to see the present stays: two hours of rows, a day of hours.
+/// What is needed to see the present stays: two hours of rows, a day of five minutes and of hours.
 bool Store::Impl::remove_for_size(std::int64_t now_ns, bool& over_limit) {
   const std::uint64_t limit = options.retention.bytes;
   if (limit == 0 || used_bytes() <= limit) return false;
-  if (remove_rows(now_ns - 2 * kHourNs) || remove_summaries("hours", now_ns - kDayNs) ||
-      doom_evidence(now_ns))
+  if (remove_rows(now_ns - 2 * kHourNs) || remove_summaries("five_minutes", now_ns - kDayNs) ||
+      remove_summaries("hours", now_ns - kDayNs) || doom_evidence(now_ns))
     return true;
   over_limit = true;
   return false;

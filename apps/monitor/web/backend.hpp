@@ -140,9 +140,11 @@ struct AxisResponse {
   std::optional<Curve> baseline;  ///< The plant's.
 };
 
-enum class Resolution : std::uint8_t { row, hour, day };
-inline constexpr EnumName<Resolution> kResolutionNames[] = {
-    {Resolution::row, "row"}, {Resolution::hour, "hour"}, {Resolution::day, "day"}};
+enum class Resolution : std::uint8_t { row, five_minutes, hour, day };
+inline constexpr EnumName<Resolution> kResolutionNames[] = {{Resolution::row, "row"},
+                                                            {Resolution::five_minutes, "five-minutes"},
+                                                            {Resolution::hour, "hour"},
+                                                            {Resolution::day, "day"}};
 [[nodiscard]] constexpr std::span<const EnumName<Resolution>> enum_names(Resolution) noexcept {
   return kResolutionNames;
 }

@@ -90,14 +90,22 @@ TEST(History, TakesTheResolutionThatReaches) {
     return value(reader.history({"x", {Watched::stiffness}, from, to, points, {}})).resolution;
   };
   EXPECT_EQ(resolution_of(kStart, kStart + 2 * kDay, 1000), Resolution::row);
+  EXPECT_EQ(resolution_of(kStart - 5 * kDay, kStart + 2 * kDay, 1000), Resolution::five_minutes);
+  EXPECT_EQ(resolution_of(kStart - 5 * kDay, kStart + 2 * kDay, 100), Resolution::hour);  // as fine as asked
+  EXPECT_EQ(resolution_of(kStart - 28 * kDay, kStart + 2 * kDay, 2000), Resolution::five_minutes);
   EXPECT_EQ(resolution_of(kStart - 300 * kDay, kStart + 65 * kDay, 1000), Resolution::hour);
+  EXPECT_EQ(resolution_of(kStart - 300 * kDay, kStart + 65 * kDay, 100'000), Resolution::hour);
   EXPECT_EQ(resolution_of(kStart - 3000 * kDay, kStart + 650 * kDay, 1000), Resolution::day);
   Retention short_one;
   short_one.rows_s = 5 * 3600;
   machine.store().set_retention(short_one);
   keep_up(machine.store(), kStart + 31 * kHour);
-  EXPECT_EQ(resolution_of(kStart, kStart + 2 * kDay, 1000), Resolution::hour);
+  EXPECT_EQ(resolution_of(kStart, kStart + 2 * kDay, 1000), Resolution::five_minutes);
   EXPECT_EQ(resolution_of(kStart + 27 * kHour, kStart + 2 * kDay, 1000), Resolution::row);
+  short_one.five_minutes_s = 5 * 3600;
+  machine.store().set_retention(short_one);
+  keep_up(machine.store(), kStart + 36 * kHour);
+  EXPECT_EQ(resolution_of(kStart, kStart + 2 * kDay, 1000), Resolution::hour);
   EXPECT_EQ(value(reader.history({"nothing", {Watched::gap}, kStart, kStart + kDay, 10, {}})).time_ns.size(),
             0U);
 }
@@ -116,6 +124,27 @@ TEST(History, HoursInProgressAreThere) {
   ASSERT_EQ(pairs.time_ns.size(), 2U);
   EXPECT_EQ(pairs.figures[0][0].rows, 7200U);
   EXPECT_EQ(pairs.time_ns[0], kStart + kHour);
+}
+
+TEST(History, FiveMinutesAreThereWhetherTheirHourHasEndedOrNot) {
+  LoosenedMachine machine(3 * 3600 + 1200, 10'650);
+  auto reader = machine.reader();
+  const auto parts = value(
+      reader.history({"x", {Watched::stiffness}, kStart, kStart + kDay, 1000, Resolution::five_minutes}));
+  ASSERT_EQ(parts.time_ns.size(), 40U);
+  const auto rows = value(reader.rows("x", kStart, kStart + kDay, 99'999));
+  for (const std::size_t p : {0U, 35U, 39U}) {  // 35: of an hour that is settled, with the fall; 39: of now
+    FigureGatherer own;
+    for (std::size_t i = 300 * p; i < 300 * (p + 1); ++i)
+      own.add(rows[i].time_ns, rows[i].row[Watched::stiffness], true);
+    const auto expected = own.summary(0.0);
+    EXPECT_EQ(parts.time_ns[p], kStart + static_cast<std::int64_t>(300 * p + 150) * kSecond);
+    EXPECT_DOUBLE_EQ(parts.figures[0][p].mean, expected.mean);
+    EXPECT_DOUBLE_EQ(parts.figures[0][p].std, expected.std);
+    EXPECT_EQ(parts.figures[0][p].min, expected.min);
+    EXPECT_EQ(parts.figures[0][p].trusted, 300U);
+  }
+  EXPECT_NEAR(parts.figures[0][35].mean, 292.5, 0.5);  // half before the fall, half after it
 }
 
 TEST(History, RefusesWhatItCannotAnswer) {

@@ -87,6 +87,33 @@ TEST(Summary, StandardDeviationOfADaysMeanCovers) {
   }
 }
 
+TEST(Summary, StandardDeviationOfAFewFiveMinutesCoversWhereTheirErrorsAreAlike) {
+  // Estimates are alike over 60 s: of the mean of two or three stretches that follow each other the
+  // independent errors of each would cover too little.
+  constexpr int kRuns = 4000;
+  std::mt19937_64 random(9);
+  for (const int stretches : {1, 2, 3, 6}) {
+    int inside = 0, independent = 0;
+    for (int run = 0; run < kRuns; ++run) {
+      Correlated noise(60, random);
+      std::vector<FigureSummary> parts;
+      for (int part = 0; part < stretches; ++part) {
+        FigureGatherer rows;
+        for (int i = 0; i < 300; ++i) rows.add(i * kSecond, {noise.next(random), 1.0}, true);
+        parts.push_back(rows.summary(60.0));
+      }
+      const auto point = combine(parts, 60.0 / 300.0);
+      inside += std::abs(point.mean) <= 1.959964 * point.own_std ? 1 : 0;
+      independent += std::abs(point.mean) <= 1.959964 * combine(parts).own_std ? 1 : 0;
+      EXPECT_GE(point.std, point.own_std);
+    }
+    const double coverage = 100.0 * inside / kRuns;  // its own standard deviation is 0.35
+    RecordProperty("stretches_" + std::to_string(stretches), std::to_string(coverage));
+    EXPECT_NEAR(coverage, 95.0, 1.2) << stretches;
+    EXPECT_LT(100.0 * independent / kRuns, stretches > 2 ? 94.0 : 100.0) << stretches;
+  }
+}
+
 TEST(Summary, MeanSpreadAndExtremesAreThoseOfTheTrustedRows) {
   FigureGatherer rows;
   for (int i = 0; i < 4; ++i) rows.add(i * kSecond, {static_cast<double>(i), 0.1}, true);  // 0 1 2 3

@@ -132,6 +132,10 @@ TEST(Upkeep, RowsGoByAgeTheirHoursStay) {
       value(reader.history({"y", {Watched::resonance}, kStart, kStart + 3 * kDay, 100, Resolution::hour}));
   EXPECT_EQ(hours.time_ns.size(), 72U);
   EXPECT_EQ(hours.figures[0][0].rows, 360U);
+  const auto parts = value(
+      reader.history({"y", {Watched::resonance}, kStart, kStart + 3 * kDay, 1000, Resolution::five_minutes}));
+  EXPECT_EQ(parts.time_ns.size(), 72U * 12U);
+  EXPECT_EQ(parts.figures[0][0].rows, 30U);
 
   Batch late;  // rows of an hour that retention has emptied must not make a new one of the few
   late.rows = {record_of("x", kStart + 5 * kSecond, some_row(1'000'000))};

@@ -124,7 +124,7 @@ export function trendsPart(root, { name: axis, setQuery, serverNow }) {
       drawn.set(name, { part: figure, update: drawChart(place, chart, { height: 210, onZoom: zoomed }) });
     }
     const [from, to] = range;
-    const kind = { row: "rows of one second", hour: "hourly means", day: "daily means" }[history.resolution] ?? history.resolution;
+    const kind = { row: "rows of one second", "five-minutes": "means over five minutes", hour: "hourly means", day: "daily means" }[history.resolution] ?? history.resolution;
     say(resolution, list(history.time_s).length ? `${moment(from)} to ${moment(to)} (${duration(to - from)}), from ${kind}. Drag over a chart to zoom; the back button undoes it.`
       : `Nothing stored between ${moment(from)} and ${moment(to)}.`);
     if (!box.contains(document.activeElement) || document.activeElement.type !== "datetime-local") {
