@@ -21,4 +21,11 @@ struct NotTrustedError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A verb that ends in its own way has been ended by a signal before it was done. Ends with 128 and its
+/// number.
+struct InterruptedError : std::runtime_error {
+  explicit InterruptedError(int number) : std::runtime_error("ended by a signal"), signal(number) {}
+  int signal;
+};
+
 }  // namespace resonid::cli

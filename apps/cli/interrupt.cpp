@@ -25,12 +25,16 @@ void wait_for(sigset_t signals) {
   int signal = 0;
   if (sigwait(&signals, &signal) != 0) return;
   io::remove_unfinished_files();
-  print_error(std::string(is_screen(STDERR_FILENO) ? "\r\x1b[K" : "") +
-              (signal == SIGINT ? "resonid: interrupted\n" : "resonid: terminated\n"));
-  ::_exit(kEndedBySignal + signal);
+  ::_exit(ended_by(signal));
 }
 
 }  // namespace
+
+int ended_by(int signal) {
+  print_error(std::string(is_screen(STDERR_FILENO) ? "\r\x1b[K" : "") +
+              (signal == SIGINT ? "resonid: interrupted\n" : "resonid: terminated\n"));
+  return kEndedBySignal + signal;
+}
 
 void end_on_signals() {
   sigset_t signals;

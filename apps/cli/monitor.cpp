@@ -3,13 +3,13 @@
 #include <pthread.h>
 
 #include <CLI/App.hpp>
-#include <algorithm>
-#include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <resonid/base/error_text.hpp>
 #include <string>
 
@@ -19,7 +19,9 @@
 #include "monitor/service/configuration.hpp"
 #include "monitor/service/install.hpp"
 #include "monitor/service/notify.hpp"
+#include "monitor/service/replay.hpp"
 #include "monitor/service/service.hpp"
+#include "monitor_replay.hpp"
 #include "options.hpp"
 #include "output.hpp"
 #include "terminal.hpp"
@@ -28,10 +30,15 @@
 namespace resonid::cli {
 namespace {
 
+constexpr const char* kUsualAddress = "127.0.0.1:8080";
+
 struct MonitorVerbOptions {
   std::string configuration, data, listen;
+  ReplayOptions replay;
+  std::optional<double> speed;
   bool demo = false, check = false, schema = false;
-  double speed = 1.0;
+
+  [[nodiscard]] bool replays() const { return !replay.follow.record.record.empty(); }
 };
 
 /// Findings of a configuration on standard error; refuses one that cannot run.
@@ -45,81 +52,134 @@ monitor::Configuration configuration_of(const std::string& path) {
 }
 
 void refuse_contradictions(const CLI::App& verb, const MonitorVerbOptions& o) {
-  const auto given = [&](const char* name) { return verb.get_option(name)->count() > 0; };
   if (o.demo && !o.configuration.empty())
     throw UsageError("--demo: needs no configuration, found '" + o.configuration + "'");
-  if (!o.demo && !o.schema && o.configuration.empty())
+  if (o.demo && o.replays()) throw UsageError("--demo: has its own samples; leave --replay or it out");
+  if (!o.demo && !o.schema && !o.replays() && o.configuration.empty())
     throw UsageError("a configuration file is required, or --demo (see: resonid monitor --schema)");
-  if (given("--speed") && !o.demo) throw UsageError("--speed: is for --demo");
-  if (!(o.speed >= 0.01 && o.speed <= 1000.0))
-    throw UsageError(fmt::format("--speed: found {:g}, required 0.01 ... 1000", o.speed));
+  if (o.speed && !o.demo && !o.replays()) throw UsageError("--speed: is for --demo and --replay");
+  if (o.speed && !(*o.speed >= 0.01 && *o.speed <= 1000.0))
+    throw UsageError(fmt::format("--speed: found {:g}, required 0.01 ... 1000", *o.speed));
+  if (o.check && o.configuration.empty())
+    throw UsageError("--check: checks a configuration, which is required with it");
+  if (o.replays() && !o.data.empty()) throw UsageError("--data: a replay keeps nothing; leave it out");
+  refuse_without_effect(verb, o.replay, !o.configuration.empty());
 }
 
-/// Waits for the signals that end the service, and lets the watchdog of systemd hear of it meanwhile.
-int wait_for_end(const sigset_t& signals) {
-  const double every_s = 0.5 * monitor::watchdog_s().value_or(2.0);
+/// The data folder of what keeps nothing, which goes with it.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() : path_((std::filesystem::temp_directory_path() / "resonid-monitor-XXXXXX").string()) {
+    if (mkdtemp(path_.data()) == nullptr)
+      throw InputError(fmt::format("'{}': the folder cannot be made", path_));
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  [[nodiscard]] const std::string& path() const noexcept { return path_; }
+
+ private:
+  std::string path_;
+};
+
+/// Waits for a signal that ends the service, and lets the watchdog of systemd hear of it meanwhile. 0: it has
+/// `ended` by itself, which is asked from time to time.
+int wait_for_end(const sigset_t& signals, double every_s, const std::function<bool()>& ended) {
   const auto seconds = static_cast<time_t>(every_s);
   const timespec wait{seconds, static_cast<long>(1e9 * (every_s - static_cast<double>(seconds)))};
-  while (true) {
+  while (!ended()) {
     const int signal = sigtimedwait(&signals, nullptr, &wait);
     if (signal == SIGINT || signal == SIGTERM) return signal;
     monitor::notify("WATCHDOG=1");
   }
+  return 0;
 }
 
-void run_monitor(const CLI::App& verb, const MonitorVerbOptions& o) {
-  refuse_contradictions(verb, o);
-  if (o.schema) {
-    print(monitor::configuration_document());
-    return;
-  }
-  std::string temporary;
-  monitor::Installation installation;
-  if (o.demo) {
-    std::string data = o.data;
-    if (data.empty()) {
-      data = (std::filesystem::temp_directory_path() / "resonid-monitor-XXXXXX").string();
-      if (mkdtemp(data.data()) == nullptr)
-        throw InputError(fmt::format("'{}': the folder cannot be made", data));
-      temporary = data;
-    }
-    installation = monitor::demo_installation(data, o.speed, RESONID_VERSION);
-    const auto at = monitor::endpoint(o.listen.empty() ? "127.0.0.1:8080" : o.listen, 0);
-    if (!at) throw UsageError("--listen: " + message_of(at.error()));
-    installation.web.listening.address = at->host;
-    installation.web.listening.port = at->port;
-  } else {
-    auto configuration = configuration_of(o.configuration);
-    if (!o.data.empty()) configuration.monitor.data = std::filesystem::absolute(o.data).string();
-    if (!o.listen.empty()) configuration.monitor.listen = o.listen;
-    if (o.check) {
-      print(fmt::format("{}: {} axes, {} sources: nothing to object\n", o.configuration,
-                        configuration.axes.tables.size(), configuration.sources.tables.size()));
-      return;
-    }
-    auto made = monitor::installation_of(configuration, RESONID_VERSION);
-    if (!made) throw InputError(message_of(made.error()));
-    installation = std::move(*made);
-  }
-  // Before any thread begins: all of them leave these to the one that waits.
+void listen_at(monitor::Installation& installation, const std::string& address) {
+  const auto at = monitor::endpoint(address, 0);
+  if (!at) throw UsageError("--listen: " + message_of(at.error()));
+  installation.web.listening.address = at->host;
+  installation.web.listening.port = at->port;
+}
+
+/// Blocked before any thread begins: all of them leave these to the one that waits.
+sigset_t block_signals() {
   sigset_t signals;
   sigemptyset(&signals);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&signals, signal);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   ::signal(SIGPIPE, SIG_IGN);  // TLS writes to connections that brokers and clients have closed
+  return signals;
+}
+
+std::unique_ptr<monitor::Service> started(monitor::Installation installation, bool quiet) {
   auto service = monitor::Service::start(std::move(installation));
   if (!service) throw InputError(message_of(service.error()));
   for (const auto& remark : (*service)->remarks()) print_error(remark + "\n");
-  print(fmt::format("Monitoring: {} (Ctrl-C ends)\n", (*service)->url()));
-  std::fflush(stdout);
+  if (!quiet) print(fmt::format("Monitoring: {} (Ctrl-C ends)\n", (*service)->url()));
   monitor::notify("READY=1");
-  wait_for_end(signals);
+  return std::move(*service);
+}
+
+void run_service(monitor::Installation installation) {
+  const sigset_t signals = block_signals();
+  const auto service = started(std::move(installation), output_settings().quiet);
+  wait_for_end(signals, 0.5 * monitor::watchdog_s().value_or(2.0), [] { return false; });
   monitor::notify("STOPPING=1");
-  (*service)->stop();
-  if (!temporary.empty()) {
-    std::error_code ignored;
-    std::filesystem::remove_all(temporary, ignored);
-  }
+  service->stop();
+}
+
+void run_demo(const MonitorVerbOptions& o) {
+  std::optional<TemporaryFolder> temporary;
+  auto installation = monitor::demo_installation(o.data.empty() ? temporary.emplace().path() : o.data,
+                                                 o.speed.value_or(1.0), RESONID_VERSION);
+  listen_at(installation, o.listen.empty() ? kUsualAddress : o.listen);
+  run_service(std::move(installation));
+}
+
+/// Without --rows the page stays; with it the program ends with the recording.
+void run_replay(monitor::Replay replay, const MonitorVerbOptions& o) {
+  constexpr double kLook_s = 0.05;
+  const auto& path = o.replay.rows;
+  const bool ends = !path.empty();
+  const bool quiet = no_summary({{"--rows", path}});
+  const sigset_t signals = block_signals();
+  const TemporaryFolder temporary;
+  std::optional<ReplayRows> rows;
+  if (ends) rows.emplace(path, replay);
+  auto installation = monitor::replay_installation(std::move(replay), temporary.path(), o.speed.value_or(0.0),
+                                                   RESONID_VERSION);
+  listen_at(installation, !o.listen.empty() ? o.listen : ends ? "127.0.0.1:0" : kUsualAddress);
+  if (rows) installation.engine.on_row = [&rows](std::size_t, const auto& axis) { rows->add(axis); };
+  const auto service = started(std::move(installation), quiet);
+  const int signal = wait_for_end(signals, kLook_s, [&] { return ends && service->finished(); });
+  service->stop();
+  if (!ends) return;
+  if (signal != 0) throw InterruptedError(signal);
+  rows->finish();
+  if (rows->rows() == 0) throw InputError("no rows: " + service->backend().axes(0).axes.front().why);
+  if (!quiet) print_summary(replay_text(service->backend(), path, rows->rows()));
+}
+
+void run_monitor(CLI::App& verb, MonitorVerbOptions& o) {
+  refuse_contradictions(verb, o);
+  if (o.schema) return print(monitor::configuration_document());
+  if (o.demo) return run_demo(o);
+  std::optional<monitor::Configuration> configuration;
+  if (!o.configuration.empty()) configuration = configuration_of(o.configuration);
+  if (o.check)
+    return print(fmt::format("{}: {} axes, {} sources: nothing to object\n", o.configuration,
+                             configuration->axes.tables.size(), configuration->sources.tables.size()));
+  if (o.replays())
+    return run_replay(read_replay(verb, o.replay, configuration ? &*configuration : nullptr), o);
+  if (!o.data.empty()) configuration->monitor.data = std::filesystem::absolute(o.data).string();
+  if (!o.listen.empty()) configuration->monitor.listen = o.listen;
+  auto installation = monitor::installation_of(*configuration, RESONID_VERSION);
+  if (!installation) throw InputError(message_of(installation.error()));
+  run_service(std::move(*installation));
 }
 
 }  // namespace
@@ -134,22 +194,29 @@ void add_monitor(CLI::App& app) {
       "  resonid monitor monitor.toml --check\n"
       "  resonid monitor monitor.toml\n"
       "  resonid monitor --schema\n"
+      "  resonid monitor --replay belt.csv --controller pi:1.036,0.147 --delay 0.004\n"
+      "  resonid monitor monitor.toml --axis gantry-x --replay monday.csv --rows rows.csv\n"
       "--demo runs simulated drives, of which one belt loosens after three minutes (--speed 20: after nine "
       "seconds). What a configuration may hold: docs/monitor_configuration.md, or --schema. Ctrl-C and "
       "SIGTERM end "
-      "the service; what was learned and seen is kept in the data folder.");
+      "the service; what was learned and seen is kept in the data folder.\n"
+      "--replay gives the rows that 'track --long-term' gives of the same recording, with its --every, and "
+      "the alarms that there would have been. It keeps nothing.");
   const auto o = std::make_shared<MonitorVerbOptions>();
   verb->add_option("CONFIG", o->configuration, "configuration of the installation")->type_name("FILE.toml");
   verb->add_flag("--demo", o->demo, "simulated drives instead of a configuration");
-  add_number(*verb, "--speed", o->speed, "X", "--demo: so many times faster than real time");
+  add_number(*verb, "--speed", o->speed, "X",
+             "--demo, --replay: so many times real time; otherwise once, and a replay as fast as it goes");
   verb->add_flag("--check", o->check, "check the configuration and end");
   verb->add_flag("--schema", o->schema, "print what a configuration may hold and end");
   verb->add_option("--data", o->data,
                    "folder of all that is kept; otherwise as configured, for --demo a temporary one")
       ->type_name("FOLDER");
   verb->add_option("--listen", o->listen,
-                   "address of page and interface, 127.0.0.1:8080 for --demo; port 0: any")
+                   "address of page and interface; otherwise as configured, for --demo and --replay "
+                   "127.0.0.1:8080; port 0: any, as with --rows")
       ->type_name("HOST:PORT");
+  add_replay_options(*verb, o->replay);
   verb->callback([verb, o] { run_monitor(*verb, *o); });
 }
 

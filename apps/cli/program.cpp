@@ -127,6 +127,8 @@ int run_program(CLI::App& app, const std::vector<std::string>& arguments,
   } catch (const NotTrustedError& error) {
     complain(error.what());
     return kNotTrusted;
+  } catch (const InterruptedError& error) {
+    return ended_by(error.signal);
   } catch (const std::exception& error) {
     complain(error.what());
     return kFailed;

@@ -136,6 +136,7 @@ online::AxisSample<double> AxisMonitor::scaled(Sample sample) const {
 void AxisMonitor::begin_gathering() {
   phase_ = Phase::gathering;
   stretch_ = empty_record(spec_);
+  stretch_.start_time_s = static_cast<double>(next_) / spec_.sample_rate_hz;
   stretch_first_ = next_;
   attempts_ = 0;
   due_ = identification::detail::first_stretch(stretch_, options_);
@@ -245,6 +246,7 @@ void AxisMonitor::take_row(Output& out) {
   facts_.controller_differs = of.controller_differs;
   watch_->step(row, spec_.alarms);
   out.rows.push_back(row);
+  if (out.on_row) out.on_row(*this);
   step_alarms(out);
   // What is excited and yet not trusted for so long is not the machine that was learned.
   untrusted_rows_ = row.gates.excited && !row.trusted ? untrusted_rows_ + 1 : 0;

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <identification/track/follower.hpp>
 #include <memory>
 #include <monitoring/axis_alarms.hpp>
@@ -30,10 +31,14 @@ inline constexpr EnumName<Phase> kPhaseNames[] = {{Phase::gathering, "gathering"
                                                   {Phase::resting, "resting"}};
 [[nodiscard]] constexpr std::span<const EnumName<Phase>> enum_names(Phase) noexcept { return kPhaseNames; }
 
+class AxisMonitor;
+
 /// What samples and actions lead to.
 struct Output {
   std::vector<Row> rows;
   std::vector<AlarmEvent> events;
+  /// Called with each row as it is made, while row() and follower() are those of it; may be empty.
+  std::function<void(const AxisMonitor&)> on_row = {};
 };
 
 /// Everything that watches one axis: a function (state, samples and actions) -> (state, rows and events). The
@@ -74,6 +79,8 @@ class AxisMonitor {
   [[nodiscard]] const AxisAlarmRules& alarm_rules() const noexcept { return rules_; }
   /// The engine, while following.
   [[nodiscard]] const identification::detail::Follower* follower() const noexcept { return follower_.get(); }
+  /// Sample that the engine's first one was; another one after it was learned anew.
+  [[nodiscard]] std::uint64_t learned_from() const noexcept { return follower_first_; }
   /// Whether changes of the figure can be told yet.
   [[nodiscard]] bool watches(Watched w) const noexcept { return watch_ && watch_->ready(w); }
   /// Why nothing was learned; empty where there is nothing to say.

@@ -30,7 +30,7 @@ constexpr auto kIdle = std::chrono::milliseconds(2);
 constexpr auto kHandOver = std::chrono::milliseconds(50);
 constexpr std::size_t kMostActions = 1000;  // that wait for an axis
 
-std::string time_text(std::int64_t ns) {
+std::string local_time_text(std::int64_t ns) {
   const auto seconds = static_cast<std::time_t>(ns / 1'000'000'000);
   return fmt::format("{:%Y-%m-%d %H:%M:%S}", fmt::localtime(seconds));
 }
@@ -45,13 +45,15 @@ std::int64_t now_ns() {
 
 class Engine::Impl {
  public:
-  Impl(std::vector<Axis> axes, EngineOptions options) : options_(options) {
+  Impl(std::vector<Axis> axes, EngineOptions options) : options_(std::move(options)) {
+    if (!options_.time_text) options_.time_text = local_time_text;
     if (options_.workers == 0) options_.workers = std::max(1U, std::thread::hardware_concurrency());
     for (auto& axis : axes) slots_.push_back(std::make_unique<Slot>(std::move(axis)));
     for (std::size_t i = 0; i < slots_.size(); ++i) {
       Slot& s = *slots_[i];
       s.position = s.snapshot_position = s.ring->position_of(s.monitor.next_sample());
       s.ring->set_read(s.position);
+      if (options_.on_row) s.out.on_row = [this, i](const AxisMonitor& m) { options_.on_row(i, m); };
       publish(s, true);
     }
   }
@@ -333,7 +335,7 @@ class Engine::Impl {
       const auto& event = s.out.events[i];
       Results::TimedEvent timed{event, s.time_of(event.sample), s.time_of(event.since_sample), {}, {}, {}};
       monitoring::AlarmWords words;
-      words.time = [&](std::uint64_t sample) { return time_text(s.time_of(sample)); };
+      words.time = [&](std::uint64_t sample) { return options_.time_text(s.time_of(sample)); };
       words.linear = s.monitor.spec().motion == data::Motion::linear;
       timed.text = monitoring::alarm_text(event, words);
       for (const auto& [at, by] : s.by)
@@ -342,7 +344,8 @@ class Engine::Impl {
     }
     s.by.clear();
     if (!s.out.rows.empty() || !s.out.events.empty()) s.changed = true;
-    s.out = {};
+    s.out.rows.clear();
+    s.out.events.clear();
     s.results.axis = index;
   }
 
@@ -433,7 +436,7 @@ class Engine::Impl {
 };
 
 Engine::Engine(std::vector<Axis> axes, EngineOptions options)
-    : impl_(std::make_unique<Impl>(std::move(axes), options)) {}
+    : impl_(std::make_unique<Impl>(std::move(axes), std::move(options))) {}
 Engine::~Engine() = default;
 void Engine::start() { impl_->start(); }
 void Engine::stop(double drain_s) { impl_->stop(drain_s); }

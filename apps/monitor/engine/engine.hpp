@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <resonid/base/expected.hpp>
@@ -73,6 +74,10 @@ struct EngineOptions {
   double snapshot_every_s = 10.0;  ///< Of each axis; sooner where its ring fills.
   double stale_s = 3.0;            ///< Without samples for so long an axis is stale.
   double publish_every_s = 0.05, curve_every_s = 0.5;
+  /// How a UNIX time in ns is written in the texts of alarms; empty: as local date and time.
+  std::function<std::string(std::int64_t)> time_text = {};
+  /// Called with each row of an axis as it is made, by the thread that follows it; may be empty.
+  std::function<void(std::size_t axis, const monitoring::AxisMonitor&)> on_row = {};
 };
 
 /// Follows all axes: takes their samples out of the rings, on worker threads to which axes are dealt out, and

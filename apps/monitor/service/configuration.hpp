@@ -371,6 +371,9 @@ struct ConfigurationFile {
 [[nodiscard]] ConfigurationFile parse_configuration(std::string_view text, std::string_view source,
                                                     const std::filesystem::path& folder);
 
+/// A name as axes and sources may have, made of any text; short enough for a number behind it.
+[[nodiscard]] std::string axis_name(std::string_view text);
+
 /// HOST:PORT taken apart; of [::1]:PORT the host is ::1.
 struct Endpoint {
   std::string host;

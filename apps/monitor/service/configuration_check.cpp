@@ -23,12 +23,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
+bool is_name_character(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '.' ||
+         c == '-';
+}
+
 bool is_name(std::string_view name) {
   constexpr std::size_t kLongest = 64;
-  return !name.empty() && name.size() <= kLongest && std::all_of(name.begin(), name.end(), [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-           c == '.' || c == '-';
-  });
+  return !name.empty() && name.size() <= kLongest && std::all_of(name.begin(), name.end(), is_name_character);
 }
 
 /// Folder of its own: another process cannot be kept from changing it afterwards.
@@ -341,6 +343,14 @@ expected<std::string, Error> read_secret(const std::filesystem::path& path, std:
     return refused(
         fmt::format("has {} characters in its first line, required at least {}", line.size(), least));
   return line;
+}
+
+std::string axis_name(std::string_view text) {
+  constexpr std::size_t kLongest = 56;
+  std::string name(text.substr(0, kLongest));
+  std::replace_if(
+      name.begin(), name.end(), [](char c) { return !is_name_character(c); }, '-');
+  return name.empty() ? "axis" : name;
 }
 
 Findings check(const Configuration& configuration) { return Checker(configuration).all(); }

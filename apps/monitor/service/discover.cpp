@@ -19,16 +19,8 @@
 namespace resonid::monitor {
 namespace {
 
-/// A name as the configuration takes it, made of what a source calls the axis.
-std::string axis_name(const std::string& text, std::set<std::string>& taken) {
-  constexpr std::size_t kLongest = 56;  // leaves room for a number
-  std::string name;
-  for (const char c : text.substr(0, kLongest)) {
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                       c == '_' || c == '.' || c == '-';
-    name += plain ? c : '-';
-  }
-  if (name.empty()) name = "axis";
+/// One that is not taken, and is now.
+std::string own_name(const std::string& name, std::set<std::string>& taken) {
   std::string own = name;
   for (int i = 2; !taken.insert(own).second; ++i) own = fmt::format("{}-{}", name, i);
   return own;
@@ -171,7 +163,7 @@ std::vector<Proposal> propose(std::span<const StreamFacts> streams) {
   std::vector<Proposal> proposals;
   for (const auto& facts : streams) {
     Proposal& proposal = proposals.emplace_back();
-    proposal.name = axis_name(facts.axis.empty() ? facts.source : facts.axis, taken);
+    proposal.name = own_name(axis_name(facts.axis.empty() ? facts.source : facts.axis), taken);
     Proposer(facts, proposal).propose();
   }
   return proposals;

@@ -185,6 +185,20 @@ struct Service::Parts {
     return std::nullopt;
   }
 
+  [[nodiscard]] bool finished() const {
+    const auto ended = [](const auto& source) {
+      const auto state = source->status().state;
+      return state == SourceState::ended || state == SourceState::failed;
+    };
+    if (!std::all_of(sources.begin(), sources.end(), ended)) return false;
+    for (std::size_t i = 0; i < rings.size(); ++i) {
+      const auto live = engine->live(i);
+      if (live->phase == monitoring::Phase::learning || live->next_sample < rings[i]->next_sample())
+        return false;
+    }
+    return true;
+  }
+
   void stop() {
     for (auto& source : sources) source->stop();
     if (engine) engine->stop();
@@ -205,6 +219,7 @@ expected<std::unique_ptr<Service>, Error> Service::start(Installation installati
 }
 
 void Service::stop() { parts_->stop(); }
+bool Service::finished() const { return parts_->finished(); }
 std::string Service::url() const { return parts_->server->url(); }
 const web::Backend& Service::backend() const { return *parts_->backend; }
 web::Backend& Service::backend() { return *parts_->backend; }

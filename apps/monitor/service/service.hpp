@@ -23,6 +23,8 @@ class Service {
 
   /// Sources first, then what is in the rings, then the store.
   void stop();
+  /// All sources have ended, and what they brought is followed.
+  [[nodiscard]] bool finished() const;
   [[nodiscard]] std::string url() const;
   [[nodiscard]] const web::Backend& backend() const;
   [[nodiscard]] web::Backend& backend();

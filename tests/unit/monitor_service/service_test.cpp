@@ -12,27 +12,13 @@
 #include <resonid/base/error_text.hpp>
 
 #include "drive.hpp"
+#include "folder.hpp"
 
 namespace resonid::monitor {
 namespace {
 
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
-
-class Folder {
- public:
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "resonid-service-XXXXXX").string();
-    path_ = mkdtemp(name.data());
-  }
-  ~Folder() { fs::remove_all(path_); }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  [[nodiscard]] const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 /// Starts the child and waits until it runs (or has ended).
 pid_t start_child(const fs::path& folder, const char* speed, double* seconds = nullptr) {
