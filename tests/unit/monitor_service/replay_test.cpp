@@ -118,7 +118,7 @@ TEST(Replay, TellsAlarmsInTheTimeOfTheRecording) {
   const auto all = replayed(replay_of(recorded(110.0, 75.0), known_loop(), "", 0), 0.0);
   ASSERT_FALSE(all.alarms.empty());
   const auto change = std::find_if(all.alarms.begin(), all.alarms.end(), [](const auto& a) {
-    return a.text.find("Resonance fell by ") != std::string::npos;
+    return a.text.find("Stiffness fell by ") != std::string::npos;
   });
   ASSERT_NE(change, all.alarms.end()) << (all.alarms.empty() ? "no alarms" : all.alarms.front().text);
   const auto since = change->text.find(" since ");
