@@ -262,7 +262,6 @@ TEST_F(Track, WrongUseNamesWhatWasFoundAndWhatIsRequired) {
   expect_refused("track r.csv --every 501", {"--every", "500 samples", "found 501"});
   expect_refused("track r.csv --memory 0", {"--memory", "found 0", "> 0"});
   expect_refused("track r.csv --memory 0.01 --method arx", {"--memory", "4 samples", "0.01 s"});
-  expect_refused("track r.csv --memory 1 --method physical", {"--memory", "physical"});
   expect_refused("track r.csv --drift -1", {"--drift", "0 1/s or more", "-1"});
   expect_refused("track r.csv --method cloe", {"--controller", "cloe needs the controller"});
   expect_refused("track r.csv --method iv", {"--controller", "iv needs the controller"});
