@@ -2,6 +2,8 @@
 .DEFAULT_GOAL := help
 # What makes a build from nothing fast (docs/decisions/0010-compile-once.md).
 RESONID_CMAKE ?= -DRESONID_PCH=ON -DRESONID_UNITY=ON
+# Labels of tests that `make test` leaves out, a regular expression.
+RESONID_SKIP ?= statistics
 .PHONY: help demo test build statistics soak sanitize fuzz bench trust figures package package-test format check clean
 
 help:          ## This list.
@@ -15,7 +17,7 @@ demo:          ## Simulate the published drive, identify it, write demo/report.h
 
 test: build    ## Build with assertions and run all tests but the long statistics.
 	tools/install_packages --optional hosts
-	ctest --preset dev --label-exclude statistics
+	ctest --preset dev --label-exclude "$(RESONID_SKIP)"
 
 build:         ## Build everything with assertions and tests (build/dev).
 	tools/install_packages build test
@@ -36,11 +38,12 @@ soak:          ## What the monitor promises: alarms over 10 000 axis-hours and 2
 	RESONID_SOAK_HOURS=$${RESONID_SOAK_HOURS:-10000} RESONID_SOAK_INTERVAL=$${RESONID_SOAK_INTERVAL:-1000} \
 	RESONID_SOAK_SEEDS=$${RESONID_SOAK_SEEDS:-200} build/release/tests/scenario/test_scenario_monitoring
 
-sanitize:      ## All short tests under clang's address and undefined-behaviour sanitizers (an hour).
+sanitize:      ## All short tests under clang's address and undefined-behaviour sanitizers, and threads (an hour).
 	tools/install_packages build test ci
 	cmake --preset clang-asan
 	cmake --build --preset clang-asan
 	ctest --preset clang-asan --label-exclude statistics --exclude-regex DocumentationIsUpToDate
+	tools/check_threads
 
 fuzz:          ## Made-up input for every reader, FUZZ_SECONDS each (an hour).
 	tools/install_packages build test ci

@@ -119,7 +119,7 @@ endfunction()
 # resonid_test(NAME SOURCES ... [INCLUDES ...] [DEPENDS ...] [LABELS ...] [TIMEOUT SECONDS] [LONG] [TOGETHER]): one test
 # executable per stage, which sees the project's directories INCLUDES, found by ctest test by test, or, where tests share
 # what takes long to make, all TOGETHER. Tests labelled `statistics` run in `make statistics` only. LONG ones are those that
-# take tens of seconds; sanitizers leave them out.
+# take tens of seconds; sanitizers leave them out, and CI too those that have no other label.
 function(resonid_test name)
   if(RESONID_UNITY AND NOT RESONID_SANITIZE)  # compiled once and run once: a quarter less to compile
     set(RESONID_TEST_OPTIONS -O1)
@@ -132,6 +132,9 @@ function(resonid_test name)
     set(TEST_TIMEOUT 600)
   endif()
   set(properties TIMEOUT ${TEST_TIMEOUT})
+  if(TEST_LONG AND NOT TEST_LABELS)
+    set(TEST_LABELS long)
+  endif()
   if(TEST_LABELS)
     list(APPEND properties LABELS ${TEST_LABELS})
   endif()
