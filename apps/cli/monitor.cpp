@@ -18,6 +18,7 @@
 #include "help.hpp"
 #include "monitor/service/configuration.hpp"
 #include "monitor/service/install.hpp"
+#include "monitor/service/log.hpp"
 #include "monitor/service/notify.hpp"
 #include "monitor/service/replay.hpp"
 #include "monitor/service/service.hpp"
@@ -36,6 +37,7 @@ struct MonitorVerbOptions {
   std::string configuration, data, listen;
   ReplayOptions replay;
   std::optional<double> speed;
+  std::optional<monitor::LogLevel> log_level;
   bool demo = false, check = false, schema = false;
 
   [[nodiscard]] bool replays() const { return !replay.follow.record.record.empty(); }
@@ -118,7 +120,6 @@ sigset_t block_signals() {
 std::unique_ptr<monitor::Service> started(monitor::Installation installation, bool quiet) {
   auto service = monitor::Service::start(std::move(installation));
   if (!service) throw InputError(message_of(service.error()));
-  for (const auto& remark : (*service)->remarks()) print_error(remark + "\n");
   if (!quiet) print(fmt::format("Monitoring: {} (Ctrl-C ends)\n", (*service)->url()));
   monitor::notify("READY=1");
   return std::move(*service);
@@ -166,6 +167,8 @@ void run_replay(monitor::Replay replay, const MonitorVerbOptions& o) {
 
 void run_monitor(CLI::App& verb, MonitorVerbOptions& o) {
   refuse_contradictions(verb, o);
+  const bool few = output_settings().quiet || o.replays();
+  monitor::set_log_level(o.log_level.value_or(few ? monitor::LogLevel::error : monitor::LogLevel::info));
   if (o.schema) return print(monitor::configuration_document());
   if (o.demo) return run_demo(o);
   std::optional<monitor::Configuration> configuration;
@@ -216,6 +219,9 @@ void add_monitor(CLI::App& app) {
                    "address of page and interface; otherwise as configured, for --demo and --replay "
                    "127.0.0.1:8080; port 0: any, as with --rows")
       ->type_name("HOST:PORT");
+  add_enum(*verb, "--log-level", o->log_level,
+           "what is said on standard error while it runs; otherwise info, with --replay or --quiet error",
+           "");
   add_replay_options(*verb, o->replay);
   verb->callback([verb, o] { run_monitor(*verb, *o); });
 }

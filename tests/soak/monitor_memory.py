@@ -61,7 +61,7 @@ class Server:
         configuration = folder / "monitor.toml"
         configuration.write_text(CONFIGURATION.format(speed=speed))
         self.data = folder / "data"
-        self.process = subprocess.Popen([program, "monitor", str(configuration)], stdout=subprocess.PIPE,
+        self.process = subprocess.Popen([program, "monitor", str(configuration), "--log-level", "error"], stdout=subprocess.PIPE,
                                         stderr=subprocess.STDOUT, text=True)
         self.port = None
         for line in self.process.stdout:

@@ -187,7 +187,7 @@ expected<int, Error> MqttClient::subscribe(std::span<const std::string> filters,
 }
 
 expected<int, Error> MqttClient::publish(const std::string& topic, std::string_view body,
-                                         const std::string& key) {
+                                         const std::string& key, int qos) {
   if (!connected()) return mqtt_error(fmt::format("{}:{} is not connected", settings_.host, settings_.port));
   Properties properties;
   if (settings_.version == MqttVersion::v5)
@@ -195,7 +195,7 @@ expected<int, Error> MqttClient::publish(const std::string& topic, std::string_v
                                        key.c_str());
   int message = 0;
   const int code = mosquitto_publish_v5(client_.get(), &message, topic.c_str(), static_cast<int>(body.size()),
-                                        body.data(), 1, false, properties.list);
+                                        body.data(), qos, false, properties.list);
   if (code != MOSQ_ERR_SUCCESS)
     return mqtt_error(fmt::format("cannot publish to '{}': {}", topic, mosquitto_text(code)));
   return message;

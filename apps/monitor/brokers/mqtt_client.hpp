@@ -64,10 +64,10 @@ class MqttClient {
 
   /// Number of the message, for `subscribed`. In the handler `connected`. Errors: no valid filters.
   [[nodiscard]] expected<int, Error> subscribe(std::span<const std::string> filters, int qos);
-  /// With QoS 1. Number of the message, for `acknowledged`. Errors: not connected, no valid topic.
+  /// Number of the message, for `acknowledged`. Errors: not connected, no valid topic.
   /// @param key user property Idempotency-Key, with MQTT 5
   [[nodiscard]] expected<int, Error> publish(const std::string& topic, std::string_view body,
-                                             const std::string& key);
+                                             const std::string& key, int qos);
   /// For the handler `message`: the message is not acknowledged and comes again, as the connection is cut.
   void refuse();
 

@@ -22,7 +22,7 @@ unexpected<Error> not_published(std::string why) {
 
 class MqttPublisher final : public Publisher {
  public:
-  explicit MqttPublisher(MqttSettings settings) : client_(std::move(settings), handlers()) {}
+  MqttPublisher(MqttSettings settings, int qos) : qos_(qos), client_(std::move(settings), handlers()) {}
   ~MqttPublisher() override { client_.stop(); }
 
   [[nodiscard]] expected<void, Error> start() { return client_.start(); }
@@ -43,16 +43,23 @@ class MqttPublisher final : public Publisher {
       const std::lock_guard lock(mutex_);
       return not_published(why_.empty() ? "no connection yet" : why_);
     }
-    const auto message = client_.publish(name, *text, std::string(key));
+    const auto message = client_.publish(name, *text, std::string(key), qos_);
     if (!message) return not_published(message.error().requirement.str());
     std::unique_lock lock(mutex_);
-    changed_.wait_for(lock, kPatience,
-                      [&] { return acknowledged_.count(*message) > 0 || !client_.connected(); });
+    changed_.wait_for(lock, kPatience, [&] {
+      return acknowledged_.count(*message) > 0 || !client_.connected() || interrupted_;
+    });
     if (acknowledged_.count(*message) == 0)
       return not_published(fmt::format("no acknowledgement of '{}' has come", name));
     if (const int reason = acknowledged_[*message]; reason >= kFirstRefusedReason)
       return not_published(fmt::format("the broker refuses '{}': {}", name, mosquitto_reason_string(reason)));
     return {};
+  }
+
+  void interrupt() override {
+    const std::lock_guard lock(mutex_);
+    interrupted_ = true;
+    changed_.notify_all();
   }
 
  private:
@@ -75,13 +82,15 @@ class MqttPublisher final : public Publisher {
   std::condition_variable changed_;
   std::map<int, int> acknowledged_;  ///< Reasons of the messages since publish() began.
   std::string why_;                  ///< There is no connection.
+  bool interrupted_ = false;
+  int qos_;
   MqttClient client_;
 };
 
 }  // namespace
 
-expected<std::unique_ptr<Publisher>, Error> make_mqtt_publisher(MqttSettings settings) {
-  auto publisher = std::make_unique<MqttPublisher>(std::move(settings));
+expected<std::unique_ptr<Publisher>, Error> make_mqtt_publisher(MqttSettings settings, int qos) {
+  auto publisher = std::make_unique<MqttPublisher>(std::move(settings), qos);
   if (auto started = publisher->start(); !started) return unexpected(started.error());
   return publisher;
 }

@@ -3,6 +3,7 @@
 #include <httplib.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "monitor/brokers/publisher.hpp"
@@ -12,6 +13,7 @@ namespace resonid::monitor {
 namespace {
 
 constexpr int kSeconds_us = 1'000'000;
+constexpr time_t kLongestConnect_s = 3;  // which cannot be interrupted
 
 /// As a header may have it.
 bool is_header_text(std::string_view text) {
@@ -25,7 +27,10 @@ class WebhookPublisher final : public Publisher {
       : settings_(std::move(settings)), path_(std::move(path)), client_(client_of(settings_, origin)) {
     const auto seconds = static_cast<time_t>(settings_.timeout_s);
     const auto rest_us = static_cast<time_t>(std::fmod(settings_.timeout_s, 1.0) * kSeconds_us);
-    client_.set_connection_timeout(seconds, rest_us);
+    if (settings_.timeout_s < kLongestConnect_s)
+      client_.set_connection_timeout(seconds, rest_us);
+    else
+      client_.set_connection_timeout(kLongestConnect_s);
     client_.set_read_timeout(seconds, rest_us);
     client_.set_write_timeout(seconds, rest_us);
     if (settings_.tls && !settings_.tls->authorities.empty())
@@ -42,12 +47,19 @@ class WebhookPublisher final : public Publisher {
       return refuse("topic", fmt::format("'{}': printable ASCII is required", printable(topic)));
     httplib::Headers headers = {{"Idempotency-Key", std::string(key)}, {"Resonid-Topic", std::string(topic)}};
     if (!settings_.bearer.empty()) headers.emplace("Authorization", "Bearer " + settings_.bearer);
+    if (interrupted_) return failed("interrupted");
     const httplib::Result answer = client_.Post(path_, headers, *text, "application/json");
     if (!answer) return failed(httplib::to_string(answer.error()));
-    if (answer->status < 200 || answer->status > 299)
-      return failed(
-          fmt::format("answer {} ('{}'); 2xx is required", answer->status, printable(answer->body)));
-    return {};
+    if (answer->status >= 200 && answer->status <= 299) return {};
+    auto fault =
+        failed(fmt::format("answer {} ('{}'); 2xx is required", answer->status, printable(answer->body)));
+    if (answer->status == 400 || answer->status == 413 || answer->status == 422)
+      fault.value().where = "message";
+    return fault;
+  }
+  void interrupt() override {
+    interrupted_ = true;
+    client_.stop();
   }
 
  private:
@@ -62,6 +74,7 @@ class WebhookPublisher final : public Publisher {
 
   WebhookSettings settings_;
   std::string path_;
+  std::atomic<bool> interrupted_{false};
   httplib::Client client_;
 };
 

@@ -128,17 +128,20 @@ template <class Visitor>
 void describe(Visitor&& v, MqttPublishConfig& c) {
   v("topic", c.topic, "topic of alarms; empty: they are not published there");
   v("qos", c.qos, "quality of service, 0 ... 2");
-  v("client_id", c.client_id, "name as a client; empty: made of the installation's");
+  v("client_id", c.client_id, "name as a client; empty: a new one each time");
   describe(v, c.connection);
 }
 
 struct NatsPublishConfig {
   std::string subject;
+  bool stored = false;
   Connection connection;
 };
 template <class Visitor>
 void describe(Visitor&& v, NatsPublishConfig& c) {
   v("subject", c.subject, "subject of alarms; empty: they are not published there");
+  v("stored", c.stored,
+    "whether a stream of JetStream has to confirm that it keeps the alarm, else the server that it has it");
   describe(v, c.connection);
 }
 

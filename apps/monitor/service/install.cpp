@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <memory>
 #include <resonid/io/experiment.hpp>
 #include <resonid/io/shipped_experiments.hpp>
 #include <utility>
@@ -108,24 +109,29 @@ Made make_mqtt(const Configuration& all, const std::string& name, const SourceCo
   return make_mqtt_source(std::move(settings), axes);
 }
 
-Made make_nats(const Configuration& all, const std::string& name, const SourceConfig& c, Axes& axes) {
-  auto access = access_of(all, c.connection);
+expected<NatsSettings, Error> nats_servers_of(const Configuration& all, const Connection& c) {
+  auto access = access_of(all, c);
   if (!access) return tl::unexpected(std::move(access.error()));
   NatsSettings servers;
-  servers.servers = {(c.connection.tls ? "tls://" : "nats://") + c.connection.address};
+  servers.servers = {(c.tls ? "tls://" : "nats://") + c.address};
   servers.access = std::move(*access);
-  if (c.connection.user.empty() && !c.connection.password_file.empty())
-    servers.token_file = all.file(c.connection.password_file);
+  if (c.user.empty() && !c.password_file.empty()) servers.token_file = all.file(c.password_file);
+  return servers;
+}
+
+Made make_nats(const Configuration& all, const std::string& name, const SourceConfig& c, Axes& axes) {
+  auto servers = nats_servers_of(all, c.connection);
+  if (!servers) return tl::unexpected(std::move(servers.error()));
   if (!c.stream.empty()) {
     JetStreamSourceSettings settings;
-    settings.servers = std::move(servers);
+    settings.servers = std::move(*servers);
     settings.stream = c.stream;
     settings.consumer = c.durable.empty() ? name : c.durable;
     settings.subjects = topic_of(c, c.subject);
     return make_jetstream_source(std::move(settings), axes);
   }
   NatsSourceSettings settings;
-  settings.servers = std::move(servers);
+  settings.servers = std::move(*servers);
   settings.subjects = {topic_of(c, c.subject)};
   settings.most_messages = static_cast<int>(std::min<std::uint64_t>(c.pending_messages, 1'000'000'000));
   settings.most_bytes = static_cast<int>(std::min<std::uint64_t>(c.pending_bytes, 2'000'000'000));
@@ -179,7 +185,53 @@ std::string token_of(const Configuration& all, const std::string& file) {
   return token ? *token : std::string();
 }
 
+using MadePublisher = expected<std::unique_ptr<Publisher>, Error>;
+
+MadePublisher make_webhook(const Configuration& all) {
+  WebhookSettings settings;
+  settings.url = all.publish.webhook_url;
+  if (const auto& file = all.publish.webhook_token_file; !file.empty()) {
+    auto token = read_secret(all.file(file));
+    if (!token) return tl::unexpected(std::move(token.error()));
+    settings.bearer = std::move(*token);
+  }
+  return make_webhook_publisher(std::move(settings));
+}
+
+MadePublisher make_mqtt_target(const Configuration& all) {
+  const auto& c = all.publish.mqtt;
+  auto access = access_of(all, c.connection);
+  if (!access) return tl::unexpected(std::move(access.error()));
+  const auto at = endpoint(c.connection.address);
+  if (!at) return tl::unexpected(at.error());
+  MqttSettings settings;
+  settings.host = at->host;
+  settings.port = at->port;
+  settings.client_id = c.client_id;
+  settings.access = std::move(*access);
+  return make_mqtt_publisher(std::move(settings), static_cast<int>(c.qos));
+}
+
+MadePublisher make_nats_target(const Configuration& all) {
+  auto servers = nats_servers_of(all, all.publish.nats.connection);
+  if (!servers) return tl::unexpected(std::move(servers.error()));
+  return make_nats_publisher(std::move(*servers), all.publish.nats.stored);
+}
+
 }  // namespace
+
+std::vector<InstalledTarget> targets_of(const std::shared_ptr<const Configuration>& configuration) {
+  const auto& p = configuration->publish;
+  std::vector<InstalledTarget> targets;
+  const auto add = [&](const char* name, const std::string& topic,
+                       MadePublisher (*make)(const Configuration&)) {
+    targets.push_back({name, topic, [configuration, make] { return make(*configuration); }});
+  };
+  if (!p.webhook_url.empty()) add("webhook", "alarms", make_webhook);
+  if (!p.mqtt.topic.empty()) add("mqtt", p.mqtt.topic, make_mqtt_target);
+  if (!p.nats.subject.empty()) add("nats", p.nats.subject, make_nats_target);
+  return targets;
+}
 
 expected<Installation, Error> installation_of(const Configuration& configuration, std::string version) {
   Installation all;
@@ -223,6 +275,7 @@ expected<Installation, Error> installation_of(const Configuration& configuration
     all.sources.push_back({name, std::string(name_of(source.kind)), [kept, name = name](Axes& axes) {
                              return make_source(*kept, name, kept->sources.tables.at(name), axes);
                            }});
+  all.targets = targets_of(kept);
   return all;
 }
 

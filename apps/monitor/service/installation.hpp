@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "monitor/brokers/publisher.hpp"
 #include "monitor/engine/engine.hpp"
 #include "monitor/samples/intake.hpp"
 #include "monitor/sources/source.hpp"
@@ -33,11 +34,19 @@ struct InstalledSource {
   std::function<expected<std::unique_ptr<Source>, Error>(Axes&)> make;
 };
 
+/// Where alarms are told.
+struct InstalledTarget {
+  std::string name;   ///< Which messages that wait are for.
+  std::string topic;  ///< As Publisher::publish() wants it.
+  std::function<expected<std::unique_ptr<Publisher>, Error>()> make;
+};
+
 /// All that the service runs.
 struct Installation {
   std::filesystem::path data;  ///< Folder of database, rings and evidence; made where it is not there.
   std::vector<InstalledAxis> axes;
   std::vector<InstalledSource> sources;
+  std::vector<InstalledTarget> targets;
   EngineOptions engine;
   Retention retention;
   web::WebOptions web;

@@ -79,6 +79,24 @@ web::AlarmChange change_of(const Json& json) {
           json.value("std", kUnknown),    json.value("relative", kUnknown), json.value("sigma", kUnknown)};
 }
 
+/// As Reader::alarms() chooses them.
+bool is_among(const AlarmRecord& record, const web::AlarmQuestion& q) {
+  if (!q.axis.empty() && q.axis != record.axis) return false;
+  switch (q.state) {
+    case web::AlarmFilter::active:
+      return record.open && record.active;
+    case web::AlarmFilter::unacknowledged:
+      return record.open && !record.acknowledged;
+    case web::AlarmFilter::shelved:
+      return record.open && record.shelved_until_ns.has_value();
+    case web::AlarmFilter::cleared:
+      return !record.active;
+    case web::AlarmFilter::all:
+      break;
+  }
+  return true;
+}
+
 std::string file_text(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
@@ -111,8 +129,19 @@ web::Alarm alarm_of(const AlarmRecord& r) {
         web::Alarm::Shelved{seconds(*r.shelved_until_ns), by.value("reason", ""), by.value("who", "")};
   }
   if (json.contains("change")) a.change = change_of(json["change"]);
-  a.evidence = true;
+  a.evidence = !r.axis.empty();
   return a;
+}
+
+web::AlarmEvent event_of(const EventRecord& e) {
+  const Json json = Json::parse(e.json, nullptr, false);
+  web::AlarmEvent event{seconds(e.time_ns), e.sample, e.transition, "", e.text, "", "", {}};
+  if (!json.is_object()) return event;
+  event.state = json.value("state", "");
+  event.who = json.value("who", "");
+  event.reason = json.value("reason", "");
+  if (json.contains("change")) event.change = change_of(json["change"]);
+  return event;
 }
 
 LiveBackend::LiveBackend(const Installation& installation, Engine& engine, const Recorder& recorder,
@@ -328,11 +357,18 @@ std::vector<web::Alarm> LiveBackend::alarms(const web::AlarmQuestion& q) const {
   if (q.state == web::AlarmFilter::unacknowledged) filter = AlarmFilter::unacknowledged;
   if (q.state == web::AlarmFilter::shelved) filter = AlarmFilter::shelved;
   const auto axis = q.axis.empty() ? std::nullopt : std::optional(q.axis);
-  const std::scoped_lock lock(reader_mutex_);
+  const std::size_t limit = std::max<std::uint32_t>(1, q.limit);
+  const auto unwritten = recorder_.status().unwritten;
   std::vector<web::Alarm> all;
-  if (const auto found = reader_.alarms(filter, axis, std::max<std::uint32_t>(1, q.limit)))
+  for (const auto& record : unwritten)
+    if (is_among(record, q)) all.push_back(alarm_of(record));
+  const std::scoped_lock lock(reader_mutex_);
+  if (const auto found = reader_.alarms(filter, axis, limit))
     for (const auto& record : *found)
-      if (q.state != web::AlarmFilter::cleared || !record.active) all.push_back(alarm_of(record));
+      if (is_among(record, q) && std::none_of(unwritten.begin(), unwritten.end(),
+                                              [&](const auto& newer) { return newer.id == record.id; }))
+        all.push_back(alarm_of(record));
+  if (all.size() > limit) all.resize(limit);
   return all;
 }
 
@@ -350,17 +386,7 @@ Answer<std::vector<web::AlarmEvent>> LiveBackend::events(std::uint64_t alarm) co
   const auto found = reader_.events(std::to_string(alarm), kMostEvents);
   if (!found) return broken(found.error());
   std::vector<web::AlarmEvent> all;
-  for (const auto& e : *found) {
-    const Json json = Json::parse(e.json, nullptr, false);
-    web::AlarmEvent event{seconds(e.time_ns), e.sample, e.transition, "", e.text, "", "", {}};
-    if (json.is_object()) {
-      event.state = json.value("state", "");
-      event.who = json.value("who", "");
-      event.reason = json.value("reason", "");
-      if (json.contains("change")) event.change = change_of(json["change"]);
-    }
-    all.push_back(std::move(event));
-  }
+  for (const auto& e : *found) all.push_back(event_of(e));
   return all;
 }
 
@@ -422,9 +448,13 @@ web::ServiceStatus LiveBackend::status() const {
                          std::string(source.source->promise()), now.messages, now.bytes, now.lost, now.text});
   }
   const auto store = recorder_.status();
-  s.store = {store.bytes, store.pending, store.disk_full};
+  s.store = {store.bytes,          store.pending,
+             store.disk_full,      store.fault.empty() ? store.over_limit : store.fault,
+             !store.fault.empty(), !store.over_limit.empty()};
   s.threshold.false_alarm_interval_s = installation_.false_alarm_interval_s;
   if (!axes_.empty()) s.threshold.per_figure_s = axes_.front().installed->spec.false_alarm_interval_s;
+  for (const auto& d : store.deliveries)
+    s.deliveries.push_back({d.name, d.waiting, d.delivered, d.failures, d.given_up, d.fault});
   return s;
 }
 
@@ -433,7 +463,7 @@ web::Readiness LiveBackend::readiness() const {
   const auto store = recorder_.status();
   r.engine = true;
   r.store = store.fault.empty();
-  r.text = store.fault;
+  r.text = store.fault.empty() ? store.over_limit : store.fault;
   r.sources = true;
   for (const auto& source : sources_) {
     const auto now = source.source->status();
@@ -476,6 +506,9 @@ Answer<void> LiveBackend::act(const web::Action& action) {
   if (kind < K::maintenance) {
     const auto record = record_of(action.alarm);
     if (!record) return tl::unexpected(record.error());
+    if (record->axis.empty())
+      return no(Problem::Kind::conflict, "id",
+                "it is an alarm of the installation, which goes by itself: when there is room on the disk");
     if (!record->open)
       return no(Problem::Kind::conflict, "id", "the alarm is over: cleared, acknowledged and not latched");
     axis = record->axis;

@@ -70,5 +70,6 @@ class LiveBackend : public web::Backend {
 
 /// A stored alarm as people see it.
 [[nodiscard]] web::Alarm alarm_of(const AlarmRecord& record);
+[[nodiscard]] web::AlarmEvent event_of(const EventRecord& record);
 
 }  // namespace resonid::monitor

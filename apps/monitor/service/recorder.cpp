@@ -8,10 +8,12 @@
 #include <cmath>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <resonid/base/error_text.hpp>
 #include <resonid/io/detail/atomic_file.hpp>
 
+#include "monitor/service/evidence_files.hpp"
+#include "monitor/service/log.hpp"
 #include "monitor/service/raw_csv.hpp"
-#include "monitor/store/reader.hpp"
 
 namespace resonid::monitor {
 namespace {
@@ -19,17 +21,42 @@ namespace {
 constexpr auto kCommitEvery = std::chrono::milliseconds(200);
 constexpr double kBefore_s = 30.0, kAfter_s = 5.0;  // of an alarm: its evidence
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
+constexpr std::int64_t kEvidencePatience_ns = 60 * kSecond_ns;  // with a full disk
+constexpr std::int64_t kRemoveEvidenceEvery_ns = 10 * kSecond_ns;
+
+/// A former process queued these, or has sent them.
+void leave_out(std::vector<OutboxRecord>& messages, const std::vector<std::string>& known) {
+  std::erase_if(messages, [&](const OutboxRecord& message) {
+    return std::find(known.begin(), known.end(), message.key) != known.end();
+  });
+}
+
+std::vector<AlarmRecord> newest_of_each(const std::vector<AlarmRecord>& records) {
+  std::vector<AlarmRecord> newest;
+  for (auto record = records.rbegin(); record != records.rend(); ++record)
+    if (std::none_of(newest.begin(), newest.end(), [&](const auto& one) { return one.id == record->id; }))
+      newest.push_back(*record);
+  return newest;
+}
 
 }  // namespace
 
-Recorder::Recorder(Store store, Engine& engine, std::vector<Axis> axes, const Installation& installation,
-                   std::vector<AlarmRecord> known, std::function<void(const AlarmRecord&)> told)
+Recorder::Recorder(Store store, Reader reader, Engine& engine, std::vector<Axis> axes,
+                   const Installation& installation, const std::vector<AlarmRecord>& known,
+                   std::unique_ptr<Deliveries> deliveries, std::function<void(const AlarmRecord&)> told)
     : store_(std::move(store)),
+      reader_(std::move(reader)),
       engine_(engine),
       axes_(std::move(axes)),
       installation_(installation),
+      known_(known),
+      deliveries_(std::move(deliveries)),
       told_(std::move(told)) {
-  for (const auto& record : known) alarms_.know(record);
+  for (const auto& record : known_)
+    if (record.axis.empty() && record.alarm == DiskAlarm::kName)
+      disk_alarm_.know(record);
+    else
+      alarms_.know(record);
 }
 Recorder::~Recorder() { stop(); }
 
@@ -39,7 +66,10 @@ void Recorder::start() {
     batch.axes.push_back({axis.installed->spec.name, 0.0});
     batch.configurations.push_back({axis.installed->configuration, now_ns()});
   }
+  tidy_evidence(folder_of_evidence(), reader_, batch);
+  find_evidence();
   backlog_.add(std::move(batch));
+  deliveries_->start();
   thread_ = std::thread([this] { run(); });
 }
 
@@ -53,44 +83,113 @@ void Recorder::run() {
   while (!stopping_.load()) {
     const auto due = std::chrono::steady_clock::now() + kCommitEvery;
     write(false);
-    if (const auto upkeep = store_.upkeep(now_ns()); upkeep && upkeep->more)
-      while (std::chrono::steady_clock::now() < due)
-        if (const auto again = store_.upkeep(now_ns()); !again || !again->more) break;
+    change_targets();
+    upkeep(due);
     std::this_thread::sleep_until(due);
   }
+  deliveries_->stop();  // what became of its messages is still written
   write(true);
+}
+
+void Recorder::upkeep(std::chrono::steady_clock::time_point due) {
+  auto done = store_.upkeep(now_ns());
+  while (done && done->more && std::chrono::steady_clock::now() < due) done = store_.upkeep(now_ns());
+  if (!done) return;
+  const std::scoped_lock lock(status_mutex_);
+  status_.over_limit.clear();
+  if (done->over_limit)
+    status_.over_limit = fmt::format(
+        "Database and evidence exceed the limit of {} bytes ([retention] size_bytes), and nothing is left "
+        "that may be removed",
+        installation_.retention.bytes);
 }
 
 void Recorder::write(bool last) {
   Batch batch;
+  const Status before = status_;  // which no other thread changes
   auto all = engine_.take();
   gather(batch, all);
-  copy_evidence(batch, now_ns(), last);
-  std::vector<AlarmRecord> fresh = batch.alarms;
+  const std::int64_t now = now_ns();
+  copy_evidence(batch, now, last);
+  if (now - evidence_removed_ns_ > kRemoveEvidenceEvery_ns || now < evidence_removed_ns_) {
+    evidence_removed_ns_ = now;
+    remove_evidence(folder_of_evidence(), reader_, batch);
+  }
+  disk_alarm_.look(before.fault.empty() ? before.fault : "Rows and alarms cannot be written: " + before.fault,
+                   before.over_limit, now, batch);
+  for (std::size_t i = 0; i < batch.alarms.size(); ++i) {  // an event each
+    const AlarmRecord& alarm = batch.alarms[i];
+    const EventRecord& event = batch.events[i];
+    deliveries_->queue(alarm, event, now, batch);
+    say(event.transition == "raised" ? LogLevel::warning : LogLevel::info, "alarm {} of {} {}: {}",
+        alarm.alarm, alarm.axis.empty() ? "the installation" : alarm.axis, event.transition, event.text);
+  }
+  batch.deliveries = deliveries_->take();
+  const std::vector<AlarmRecord> fresh = batch.alarms;
+  std::vector<OutboxRecord> messages = batch.outbox;
   backlog_.add(std::move(batch));
   Status status;
-  if (!backlog_.empty()) {
-    const auto done = store_.commit(backlog_.batch());
-    if (done || done.error().fault == StoreFault::invalid) {
-      if (!done) status.fault = done.error().text;
-      backlog_.clear();
-      for (const auto& [axis, position] : snapshots_) engine_.stored(axis, position);
-      snapshots_.clear();
-    } else {
-      status.fault = done.error().text;
-      status.disk_full = done.error().fault == StoreFault::full;
-    }
+  status.over_limit = before.over_limit;
+  const bool committed = commit(status, messages);
+  if (status.fault != before.fault) {
+    if (status.fault.empty())
+      say(LogLevel::info, "rows and alarms are written again");
+    else
+      say(LogLevel::error, "rows and alarms cannot be written: {}", status.fault);
   }
   engine_.keep_going(!status.fault.empty());
   status.bytes = store_.file_bytes();
   const auto& left = backlog_.batch();
   status.pending = left.rows.size() + left.events.size() + left.actions.size();
+  if (!committed) status.unwritten = newest_of_each(left.alarms);
   {
     const std::scoped_lock lock(status_mutex_);
     status_ = status;
   }
   // People hear of an alarm even where it cannot be written.
   for (const auto& record : fresh) told_(record);
+  deliveries_->send(std::move(messages));
+}
+
+/// Whether nothing is left to be written; then without the messages that are known.
+bool Recorder::commit(Status& status, std::vector<OutboxRecord>& messages) {
+  if (backlog_.empty()) return true;
+  const auto done = store_.commit(backlog_.batch());
+  if (!done) {
+    status.fault = done.error().text;
+    status.disk_full = done.error().fault == StoreFault::full;
+    if (done.error().fault != StoreFault::invalid) return false;
+  } else {
+    leave_out(messages, done->known_messages);
+  }
+  backlog_.clear();
+  for (const auto& [axis, position] : snapshots_) engine_.stored(axis, position);
+  snapshots_.clear();
+  return true;
+}
+
+void Recorder::set_targets(std::vector<InstalledTarget> targets) {
+  const std::scoped_lock lock(status_mutex_);
+  new_targets_ = std::move(targets);
+}
+
+/// All that the former ones came to must be written before the store is asked what waits.
+void Recorder::change_targets() {
+  std::optional<std::vector<InstalledTarget>> targets;
+  {
+    const std::scoped_lock lock(status_mutex_);
+    targets = new_targets_;
+  }
+  if (!targets) return;
+  deliveries_->stop();
+  write(false);
+  if (!backlog_.empty()) return;  // tried again after the next commit
+  auto opened = Deliveries::open(reader_, std::move(*targets), {});
+  if (!opened) return;
+  (*opened)->start();
+  const std::scoped_lock lock(status_mutex_);
+  deliveries_ = std::move(*opened);
+  new_targets_.reset();
 }
 
 void Recorder::gather(Batch& batch, std::vector<Results>& all) {
@@ -100,12 +199,8 @@ void Recorder::gather(Batch& batch, std::vector<Results>& all) {
     for (auto& row : r.rows) batch.rows.push_back({spec.name, row.time_ns, row.row});
     for (const auto& event : r.events) {
       alarms_.add(spec.name, spec.sample_rate_hz, event, batch);
-      if (event.event.transition != monitoring::Transition::raised) continue;
-      const auto before = static_cast<std::uint64_t>(kBefore_s * spec.sample_rate_hz);
-      const auto after = static_cast<std::uint64_t>(kAfter_s * spec.sample_rate_hz);
-      const std::uint64_t at = event.event.sample;
-      evidence_.push_back({batch.alarms.back().id, r.axis, at - std::min(at, before), at + after,
-                           now_ns() + static_cast<std::int64_t>(3.0 * kAfter_s) * kSecond_ns});
+      if (event.event.transition == monitoring::Transition::raised)
+        schedule_evidence(batch.alarms.back().id, r.axis, event.event.sample);
     }
     for (const auto& told : r.actions) {
       const nlohmann::json arguments{{"id", told.action.id},
@@ -137,21 +232,52 @@ void Recorder::gather(Batch& batch, std::vector<Results>& all) {
 
 std::filesystem::path Recorder::folder_of_evidence() const { return installation_.data / "evidence"; }
 
+void Recorder::schedule_evidence(std::string alarm_id, std::size_t axis, std::uint64_t sample) {
+  const double rate_hz = axes_[axis].installed->spec.sample_rate_hz;
+  const auto before = static_cast<std::uint64_t>(kBefore_s * rate_hz);
+  const auto after = static_cast<std::uint64_t>(kAfter_s * rate_hz);
+  evidence_.push_back({std::move(alarm_id), axis, sample - std::min(sample, before), sample + after,
+                       now_ns() + static_cast<std::int64_t>(3.0 * kAfter_s) * kSecond_ns});
+}
+
+/// Of alarms whose samples a former process had no time to copy, and that the ring still has.
+void Recorder::find_evidence() {
+  for (const auto& record : std::exchange(known_, {})) {
+    const auto axis = std::find_if(axes_.begin(), axes_.end(),
+                                   [&](const Axis& one) { return one.installed->spec.name == record.axis; });
+    const auto files = reader_.evidence(record.id);
+    if (axis == axes_.end() || !files || !files->empty()) continue;
+    const auto events = reader_.events(record.id, 1);
+    if (!events || events->empty()) continue;
+    const std::uint64_t raised = events->front().sample;
+    const auto oldest = axis->ring->piece(axis->ring->begin(), 1);
+    if (oldest.samples > 0 && oldest.first_sample <= raised)
+      schedule_evidence(record.id, static_cast<std::size_t>(axis - axes_.begin()), raised);
+  }
+}
+
 void Recorder::copy_evidence(Batch& batch, std::int64_t now, bool last) {
   std::erase_if(evidence_, [&](const Evidence& e) {
     const Axis& axis = axes_[e.axis];
     if (axis.ring->next_sample() < e.to && now < e.due_ns && !last) return false;
     const std::string text = raw_csv(*axis.ring, *axis.installed, e.from, e.to);
     const std::string name = e.alarm_id + ".csv";
-    if (io::write_file_atomically(folder_of_evidence() / name, text))
+    const auto written = io::write_file_atomically(folder_of_evidence() / name, text);
+    if (written)
       batch.evidence.push_back({name, e.alarm_id, axis.installed->spec.name, e.from, e.to, now, text.size()});
+    else if (now < e.due_ns + kEvidencePatience_ns && !last)
+      return false;
+    else
+      say(LogLevel::warning, "{}", message_of(written.error()));
     return true;
   });
 }
 
 Recorder::Status Recorder::status() const {
   const std::scoped_lock lock(status_mutex_);
-  return status_;
+  Status status = status_;
+  status.deliveries = deliveries_->status();
+  return status;
 }
 
 }  // namespace resonid::monitor

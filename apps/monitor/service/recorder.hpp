@@ -2,9 +2,12 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -12,14 +15,18 @@
 #include "monitor/engine/engine.hpp"
 #include "monitor/samples/ring.hpp"
 #include "monitor/service/alarm_record.hpp"
+#include "monitor/service/deliveries.hpp"
+#include "monitor/service/disk_alarm.hpp"
 #include "monitor/service/installation.hpp"
 #include "monitor/store/backlog.hpp"
+#include "monitor/store/reader.hpp"
 #include "monitor/store/store.hpp"
 
 namespace resonid::monitor {
 
 /// Puts what the engine comes to into the store, one transaction for all axes every 200 ms, on a thread of
-/// its own; keeps it while the disk is full, and copies the raw samples around an alarm.
+/// its own; keeps it while the disk is full, and tells that; copies the raw samples around an alarm; and
+/// hands alarms on to those who are told of them.
 class Recorder {
  public:
   struct Axis {
@@ -28,8 +35,9 @@ class Recorder {
     std::string configuration_hash;
   };
   /// `told`: called with each alarm's record as soon as it is lasting.
-  Recorder(Store store, Engine& engine, std::vector<Axis> axes, const Installation& installation,
-           std::vector<AlarmRecord> known, std::function<void(const AlarmRecord&)> told);
+  Recorder(Store store, Reader reader, Engine& engine, std::vector<Axis> axes,
+           const Installation& installation, const std::vector<AlarmRecord>& known,
+           std::unique_ptr<Deliveries> deliveries, std::function<void(const AlarmRecord&)> told);
   ~Recorder();
 
   void start();
@@ -39,9 +47,14 @@ class Recorder {
   struct Status {
     std::uint64_t bytes = 0, pending = 0;
     bool disk_full = false;
-    std::string fault;  ///< Why nothing can be written; empty: all is well.
+    std::string fault;       ///< Why nothing can be written; empty: all is well.
+    std::string over_limit;  ///< Why more is kept than may be; empty: it is not.
+    std::vector<Deliveries::Status> deliveries;
+    std::vector<AlarmRecord> unwritten;  ///< Alarms that the store does not know yet, newest first.
   };
   [[nodiscard]] Status status() const;
+  /// From now on alarms are told to these; also what waits.
+  void set_targets(std::vector<InstalledTarget> targets);
 
  private:
   struct Evidence {
@@ -52,23 +65,34 @@ class Recorder {
   };
   void run();
   void write(bool last);
+  [[nodiscard]] bool commit(Status& status, std::vector<OutboxRecord>& messages);
+  void change_targets();
+  void upkeep(std::chrono::steady_clock::time_point due);
   void gather(Batch& batch, std::vector<Results>& all);
+  void schedule_evidence(std::string alarm_id, std::size_t axis, std::uint64_t sample);
+  void find_evidence();
   void copy_evidence(Batch& batch, std::int64_t now, bool last);
   [[nodiscard]] std::filesystem::path folder_of_evidence() const;
 
   Store store_;
+  Reader reader_;
   Engine& engine_;
   std::vector<Axis> axes_;
   const Installation& installation_;
   AlarmRecords alarms_;
+  std::vector<AlarmRecord> known_;  // that the store has at the start
+  std::shared_ptr<Deliveries> deliveries_;
+  DiskAlarm disk_alarm_;
   std::function<void(const AlarmRecord&)> told_;
   Backlog backlog_;
   std::vector<std::pair<std::size_t, std::uint64_t>> snapshots_;  // of the backlog: axis, position
   std::vector<Evidence> evidence_;
+  std::int64_t evidence_removed_ns_ = 0;
   std::atomic<bool> stopping_{false};
   std::thread thread_;
   mutable std::mutex status_mutex_;
   Status status_;
+  std::optional<std::vector<InstalledTarget>> new_targets_;
 };
 
 }  // namespace resonid::monitor

@@ -9,9 +9,12 @@
 #include <nlohmann/json.hpp>
 #include <resonid/base/error_text.hpp>
 #include <system_error>
+#include <utility>
 
 #include "monitor/service/live_backend.hpp"
+#include "monitor/service/log.hpp"
 #include "monitor/service/recorder.hpp"
+#include "monitor/service/watch.hpp"
 #include "monitor/store/reader.hpp"
 #include "monitor/web/server.hpp"
 
@@ -78,6 +81,8 @@ struct Service::Parts {
   std::unique_ptr<LiveBackend> backend;
   std::unique_ptr<web::WebServer> server;
   std::vector<std::string> remarks;
+  Watch watch;
+  bool stopped = false;
 
   std::optional<Error> open_rings() {
     for (const auto& axis : installation.axes) {
@@ -153,14 +158,19 @@ struct Service::Parts {
     engine = std::make_unique<Engine>(std::move(axes), installation.engine);
     auto known = reader->alarms(AlarmFilter::open, std::nullopt, kMostKnownAlarms);
     if (!known) return store_error(known.error());
+    auto recorders_reader = Reader::open(file);
+    if (!recorders_reader) return store_error(recorders_reader.error());
+    auto deliveries = Deliveries::open(*reader, installation.targets, {});
+    if (!deliveries) return store_error(deliveries.error());
     std::vector<Recorder::Axis> recorded;
     std::vector<LiveBackend::Axis> live;
     for (std::size_t i = 0; i < rings.size(); ++i) {
       recorded.push_back({&installation.axes[i], rings[i].get(), hashes[i]});
       live.push_back({&installation.axes[i], rings[i].get(), intakes[i].get(), hashes[i]});
     }
-    recorder = std::make_unique<Recorder>(std::move(*store), *engine, std::move(recorded), installation,
-                                          *known, [this](const AlarmRecord& r) {
+    recorder = std::make_unique<Recorder>(std::move(*store), std::move(*recorders_reader), *engine,
+                                          std::move(recorded), installation, *known, std::move(*deliveries),
+                                          [this](const AlarmRecord& r) {
                                             if (server) server->alarm(alarm_of(r));
                                           });
     std::vector<LiveBackend::RunningSource> running;
@@ -182,6 +192,12 @@ struct Service::Parts {
     recorder->start();
     engine->start();
     for (auto& source : sources) source->start();
+    for (std::size_t i = 0; i < sources.size(); ++i) watch.add(installation.sources[i].name, *sources[i]);
+    for (std::size_t i = 0; i < intakes.size(); ++i) watch.add(installation.axes[i].spec.name, *intakes[i]);
+    watch.start();
+    for (const auto& remark : remarks) say(LogLevel::warning, "{}", remark);
+    say(LogLevel::info, "version {} runs: {} axes, {} sources, page at {}, data in '{}'",
+        installation.version, rings.size(), sources.size(), server->url(), installation.data.string());
     return std::nullopt;
   }
 
@@ -200,10 +216,12 @@ struct Service::Parts {
   }
 
   void stop() {
+    watch.stop();
     for (auto& source : sources) source->stop();
     if (engine) engine->stop();
     if (recorder) recorder->stop();
     if (server) server->stop();
+    if (!std::exchange(stopped, true) && recorder) say(LogLevel::info, "stopped");
   }
 };
 

@@ -43,6 +43,7 @@ void Backlog::add(Batch&& batch) {
   append(batch_.baselines, std::move(batch.baselines));
   append(batch_.evidence, std::move(batch.evidence));
   append(batch_.evidence_removed, std::move(batch.evidence_removed));
+  append(batch_.evidence_lost, std::move(batch.evidence_lost));
   append(batch_.outbox, std::move(batch.outbox));
   append(batch_.deliveries, std::move(batch.deliveries));
   while (batch_.rows.size() > most_rows_) thin_rows();

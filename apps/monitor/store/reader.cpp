@@ -254,6 +254,15 @@ expected<std::vector<EvidenceRecord>, StoreError> Reader::evidence(std::string_v
   });
 }
 
+expected<std::vector<std::string>, StoreError> Reader::evidence_files() {
+  return impl_->read([&] {
+    std::vector<std::string> files;
+    Query query(impl_->connection, "SELECT file FROM evidence");
+    while (query.next()) files.push_back(query.text(0));
+    return files;
+  });
+}
+
 expected<std::vector<std::string>, StoreError> Reader::evidence_to_remove(std::size_t limit) {
   return impl_->read([&] {
     std::vector<std::string> files;
@@ -268,7 +277,7 @@ expected<std::vector<StoredMessage>, StoreError> Reader::outbox_due(std::int64_t
     std::vector<StoredMessage> due;
     Query query(impl_->connection,
                 "SELECT key, target, payload, created_ns, tries, text FROM outbox "
-                "WHERE done_ns IS NULL AND next_ns <= ? ORDER BY next_ns, created_ns, rowid LIMIT ?",
+                "WHERE done_ns IS NULL AND next_ns <= ? ORDER BY rowid LIMIT ?",
                 now_ns, sql_limit(limit));
     while (query.next())
       due.push_back({{query.text(0), query.text(1), query.text(2), query.integer(3)},

@@ -132,9 +132,11 @@ class Reader {
   [[nodiscard]] expected<std::vector<BaselineRecord>, StoreError> baselines(std::string_view axis,
                                                                             std::size_t limit);
   [[nodiscard]] expected<std::vector<EvidenceRecord>, StoreError> evidence(std::string_view alarm_id);
+  /// Names of all files of evidence, also of those that are to be removed.
+  [[nodiscard]] expected<std::vector<std::string>, StoreError> evidence_files();
   /// Files that retention gave up: to be removed, then told in Batch::evidence_removed.
   [[nodiscard]] expected<std::vector<std::string>, StoreError> evidence_to_remove(std::size_t limit);
-  /// Messages whose time has come, the longest waiting first.
+  /// Messages whose time has come, in the order in which they came.
   [[nodiscard]] expected<std::vector<StoredMessage>, StoreError> outbox_due(std::int64_t now_ns,
                                                                             std::size_t limit);
 

@@ -130,7 +130,8 @@ struct Batch {
   std::vector<BaselineRecord> baselines;
   std::vector<EvidenceRecord> evidence;
   std::vector<std::string>
-      evidence_removed;  ///< Files that are gone as asked for (Reader::evidence_to_remove).
+      evidence_removed;                    ///< Files that are gone as asked for (Reader::evidence_to_remove).
+  std::vector<std::string> evidence_lost;  ///< Files that are gone.
   std::vector<OutboxRecord> outbox;
   std::vector<DeliveryRecord> deliveries;
 };

@@ -144,7 +144,7 @@ Committed Store::Impl::commit(const Batch& batch) {
   }
   write_alarms(batch, done);
   write_people(batch, done);
-  write_outbox(batch);
+  write_outbox(batch, done);
   transaction.commit();
   if (fresh_) *fresh_ += static_cast<std::int64_t>(done.rows);
   checkpoint_if_due();
@@ -249,6 +249,7 @@ void Store::Impl::write_alarms(const Batch& batch, Committed& done) {
   }
   for (const auto& file : batch.evidence_removed)
     run(connection_, "DELETE FROM evidence WHERE file = ? AND remove", file);
+  for (const auto& file : batch.evidence_lost) run(connection_, "DELETE FROM evidence WHERE file = ?", file);
 }
 
 void Store::Impl::write_people(const Batch& batch, Committed& done) {
@@ -278,12 +279,13 @@ void Store::Impl::write_people(const Batch& batch, Committed& done) {
   }
 }
 
-void Store::Impl::write_outbox(const Batch& batch) {
+void Store::Impl::write_outbox(const Batch& batch, Committed& done) {
   for (const auto& entry : batch.outbox)
-    run(connection_,
-        "INSERT INTO outbox (key, target, payload, created_ns, next_ns) VALUES (?, ?, ?, ?, ?) "
-        "ON CONFLICT DO NOTHING",
-        entry.key, entry.target, entry.payload, entry.created_ns, entry.created_ns);
+    if (run(connection_,
+            "INSERT INTO outbox (key, target, payload, created_ns, next_ns) VALUES (?, ?, ?, ?, ?) "
+            "ON CONFLICT DO NOTHING",
+            entry.key, entry.target, entry.payload, entry.created_ns, entry.created_ns) == 0)
+      done.known_messages.push_back(entry.key);
   for (const auto& entry : batch.deliveries) {
     if (entry.next_try_ns)  // a later try than the known one: said again, it changes nothing
       run(connection_,

@@ -8,6 +8,7 @@
 #include <monitor/store/store_error.hpp>
 #include <resonid/base/expected.hpp>
 #include <string>
+#include <vector>
 
 namespace resonid::monitor {
 
@@ -39,13 +40,15 @@ struct Committed {
   std::uint64_t expired_rows = 0;  ///< Older than what retention has removed.
   std::uint64_t events = 0, known_events = 0;
   std::uint64_t actions = 0;
-  std::uint64_t refused = 0;  ///< Records with a sample from 2^63 on; rows 285 years from 1970.
+  std::uint64_t refused = 0;                ///< Records with a sample from 2^63 on; rows 285 years from 1970.
+  std::vector<std::string> known_messages;  ///< Keys of the outbox that were there already.
 };
 
 /// What a step of upkeep did.
 struct Upkeep {
-  bool more = false;        ///< Another step has something to do.
-  bool over_limit = false;  ///< Nothing is left that may be removed, and Retention::bytes is exceeded.
+  bool more = false;  ///< Another step has something to do.
+  /// Nothing is left that may be removed, and Retention::bytes is exceeded; as of the newest look at that.
+  bool over_limit = false;
 };
 
 /// The one writer of an installation's database, used by one thread. Readers (Reader) have connections of

@@ -55,7 +55,7 @@ class Store::Impl {
   void write_snapshot(const SnapshotRecord& snapshot);
   void write_alarms(const Batch& batch, Committed& done);
   void write_people(const Batch& batch, Committed& done);
-  void write_outbox(const Batch& batch);
+  void write_outbox(const Batch& batch, Committed& done);
   void checkpoint_if_due() noexcept;
   void truncate_log() noexcept;
 
@@ -78,7 +78,7 @@ class Store::Impl {
   int wal_pages_ = 0, next_checkpoint_pages_ = 0;
   std::optional<Move> move_;
   std::optional<std::int64_t> moved_ns_, retained_ns_;
-  bool retaining_ = false;
+  bool retaining_ = false, over_limit_ = false;
 };
 
 }  // namespace resonid::monitor

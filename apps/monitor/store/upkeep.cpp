@@ -126,15 +126,17 @@ void put_summary(detail::Connection& connection, std::string_view table, std::in
 Upkeep Store::Impl::upkeep(std::int64_t now_ns) {
   if (move_ || move_is_due(now_ns)) {
     move_rows(now_ns);
-    return {true, false};
+    return {true, over_limit_};
   }
-  if (settle_hour(now_ns)) return {true, false};
-  Upkeep done;
+  if (settle_hour(now_ns)) return {true, over_limit_};
+  Upkeep done{false, over_limit_};
   if (!retaining_ && retained_ns_ && now_ns - *retained_ns_ < kRetainEveryNs && now_ns >= *retained_ns_)
     return done;
   retained_ns_ = now_ns;
+  done.over_limit = false;
   done.more = remove_aged(now_ns) || remove_for_size(now_ns, done.over_limit) || give_space_back();
   retaining_ = done.more;
+  over_limit_ = done.over_limit;
   return done;
 }
 

@@ -159,6 +159,15 @@ Json alarm(const Alarm& a) {
   return json;
 }
 
+Json event(const AlarmEvent& e) {
+  Json json = {{"sample", e.sample}, {"transition", e.transition}, {"state", e.state}, {"text", e.text}};
+  put(json, "time_s", e.time_s);
+  put(json, "who", e.who);
+  put(json, "reason", e.reason);
+  if (e.change) json["change"] = change(*e.change);
+  return json;
+}
+
 }  // namespace
 
 std::string_view key_of(Watched watched) noexcept {
@@ -268,14 +277,7 @@ std::string alarms_json(const std::vector<Alarm>& alarms) {
 
 std::string events_json(const std::vector<AlarmEvent>& events) {
   Json list = Json::array();
-  for (const auto& e : events) {
-    Json one = {{"sample", e.sample}, {"transition", e.transition}, {"state", e.state}, {"text", e.text}};
-    put(one, "time_s", e.time_s);
-    put(one, "who", e.who);
-    put(one, "reason", e.reason);
-    if (e.change) one["change"] = change(*e.change);
-    list.push_back(std::move(one));
-  }
+  for (const auto& e : events) list.push_back(event(e));
   return text_of({{"events", std::move(list)}});
 }
 
@@ -308,10 +310,20 @@ std::string status_json(const ServiceStatus& s) {
                        {"bytes", source.bytes},
                        {"lost", source.lost},
                        {"text", source.text}});
-  json["store"] = {{"bytes", s.store.bytes}, {"pending", s.store.pending}, {"disk_full", s.store.disk_full}};
+  json["store"] = {{"bytes", s.store.bytes},           {"pending", s.store.pending},
+                   {"disk_full", s.store.disk_full},   {"failing", s.store.failing},
+                   {"over_limit", s.store.over_limit}, {"text", s.store.text}};
   auto& threshold = json["threshold"] = Json::object();
   put(threshold, "false_alarm_interval_s", s.threshold.false_alarm_interval_s);
   put(threshold, "per_figure_s", s.threshold.per_figure_s);
+  auto& deliveries = json["deliveries"] = Json::array();
+  for (const auto& d : s.deliveries)
+    deliveries.push_back({{"name", d.name},
+                          {"waiting", d.waiting},
+                          {"delivered", d.delivered},
+                          {"failures", d.failures},
+                          {"given_up", d.given_up},
+                          {"text", d.text}});
   return text_of(json);
 }
 
@@ -330,5 +342,8 @@ std::string error_json(std::string_view field, std::string_view message) {
 std::string status_short_json(const AxisStatus& axis) { return text_of(status(axis, false)); }
 std::string status_full_json(const AxisStatus& axis) { return text_of(status(axis, true)); }
 std::string alarm_json(const Alarm& a) { return text_of(alarm(a)); }
+std::string notice_json(const Alarm& a, const AlarmEvent& e) {
+  return text_of({{"event", event(e)}, {"alarm", alarm(a)}});
+}
 
 }  // namespace resonid::monitor::web

@@ -34,6 +34,9 @@ namespace resonid::monitor::web {
 [[nodiscard]] std::string response_json(std::string_view axis, const AxisResponse&);
 [[nodiscard]] std::string alarm_json(const Alarm&);
 
+/// What is told to webhooks and brokers.
+[[nodiscard]] std::string notice_json(const Alarm&, const AlarmEvent&);
+
 /// Whether `a` stands above `b` in a list that begins with the worst.
 [[nodiscard]] bool worse(const AxisStatus& a, const AxisStatus& b);
 

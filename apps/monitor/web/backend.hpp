@@ -258,6 +258,13 @@ struct SourceStatus {
   std::uint64_t messages = 0, bytes = 0, lost = 0;
   std::string text;  ///< What is wrong, or empty.
 };
+/// A receiver of alarms.
+struct DeliveryStatus {
+  std::string name;  ///< webhook, mqtt, nats
+  std::uint64_t waiting = 0;
+  std::uint64_t delivered = 0, failures = 0, given_up = 0;  ///< Since the start.
+  std::string text;                                         ///< Why the last try failed, or empty.
+};
 struct ServiceStatus {
   std::string version;
   double started_time_s = kUnknown, uptime_s = kUnknown;
@@ -267,11 +274,14 @@ struct ServiceStatus {
     std::uint64_t bytes = 0;    ///< On disk.
     std::uint64_t pending = 0;  ///< Entries that wait to be written.
     bool disk_full = false;
+    std::string text;  ///< Why nothing can be written, or too much is kept; or empty.
+    bool failing = false, over_limit = false;
   } store;
   struct Threshold {
     double false_alarm_interval_s = kUnknown;  ///< Mean time between false alarms of the installation.
     double per_figure_s = kUnknown;            ///< What follows of it for one figure of one axis.
   } threshold;
+  std::vector<DeliveryStatus> deliveries;
 };
 
 /// What has to run before the service is ready.

@@ -211,6 +211,26 @@ std::string metrics_text(const std::vector<AxisStatus>& axes, const std::vector<
   to.sample("", status.store.pending);
   to.family("resonid_store_disk_full", "gauge", "Whether the disk is full.");
   to.sample("", std::uint64_t{status.store.disk_full});
+  to.family("resonid_store_failing", "gauge", "Whether nothing can be written, be the disk full or not.");
+  to.sample("", std::uint64_t{status.store.failing});
+  to.family("resonid_store_over_limit", "gauge",
+            "Whether more is kept than may be, and nothing is left to remove.");
+  to.sample("", std::uint64_t{status.store.over_limit});
+
+  const auto per_target = [&](std::string_view name, std::string_view type, std::string_view help,
+                              auto value) {
+    to.family(name, type, help);
+    for (const auto& d : status.deliveries) to.sample(fmt::format("target=\"{}\"", label(d.name)), value(d));
+  };
+  per_target("resonid_deliveries_waiting", "gauge", "Messages of alarms that wait for a target.",
+             [](const DeliveryStatus& d) { return d.waiting; });
+  per_target("resonid_deliveries_total", "counter", "Messages of alarms that a target has confirmed.",
+             [](const DeliveryStatus& d) { return d.delivered; });
+  per_target("resonid_delivery_failures_total", "counter", "Tries that a target has not confirmed.",
+             [](const DeliveryStatus& d) { return d.failures; });
+  per_target("resonid_deliveries_given_up_total", "counter",
+             "Messages of alarms that never reached a target.",
+             [](const DeliveryStatus& d) { return d.given_up; });
 
   to.family("resonid_http_connections", "gauge", "Open connections.");
   to.sample("", web.connections);

@@ -231,6 +231,36 @@ TEST(Publisher, WebhookSucceedsWhenTheReceiverSaysSo) {
   }
 }
 
+TEST(Publisher, WebhookTellsARefusedMessageFromAFault) {
+  Receiver receiver;
+  WebhookSettings settings;
+  settings.url = receiver.url();
+  const auto publisher = std::move(make_webhook_publisher(settings).value());
+  for (const auto& [answer, field] : {std::pair(422, "message"), std::pair(503, "publisher")}) {
+    receiver.answer_ = answer;
+    const auto published = publisher->publish(kKey, "alarms", kBody);
+    ASSERT_FALSE(published);
+    EXPECT_EQ(published.error().where.view(), field);
+  }
+}
+
+TEST(Publisher, WebhookThatWaitsIsInterrupted) {
+  Receiver receiver;
+  receiver.slow_ = true;
+  WebhookSettings settings;
+  settings.url = receiver.url();
+  const auto publisher = std::move(make_webhook_publisher(settings).value());
+  std::thread publishing([&] { EXPECT_FALSE(publisher->publish(kKey, "alarms", kBody).has_value()); });
+  EXPECT_TRUE(until([&] {
+    const std::lock_guard lock(receiver.mutex_);
+    return receiver.requests_.size() == 1;
+  }));
+  publisher->interrupt();
+  publishing.join();
+  EXPECT_FALSE(publisher->publish(kKey, "alarms", kBody).has_value());
+  EXPECT_EQ(receiver.requests_.size(), 1U);
+}
+
 TEST(Publisher, WebhookTrustsOnlyWhomItKnows) {
   RESONID_REQUIRE_PROGRAM("openssl");
   const TemporaryFolder folder;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "fake_backend.hpp"
+#include "monitor/web/api_json.hpp"
 #include "openapi.hpp"
 
 namespace resonid::monitor::web {
@@ -133,6 +134,10 @@ TEST_F(WebFeed, EventsAreAsDescribed) {
   EXPECT_EQ(seen.size(), 3U);
   feed.alarm(an_alarm(1));
   EXPECT_EQ(api.differs(data_of(sent.back()), api.schema("Alarm"), "alarm"), "");
+  auto notice = nlohmann::json::parse(notice_json(an_alarm(1), backend.events(1)->front()));
+  notice["idempotency_key"] = "k";  // as publishers add it
+  EXPECT_EQ(api.differs(notice, api.schema("Notice"), "notice"), "");
+  EXPECT_EQ(notice["event"]["transition"], "raised");
   FeedEvent hello;
   hello.text = feed.begin("", 1.5).texts.back();
   EXPECT_EQ(api.differs(data_of(hello), api.schema("Hello"), "hello"), "");

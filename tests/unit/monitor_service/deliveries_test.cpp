@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+#include <monitor/service/deliveries.hpp>
+#include <monitor/service/install.hpp>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <utility>
+
+#include "folder.hpp"
+#include "targets.hpp"
+#include "webhook.hpp"
+
+namespace resonid::monitor {
+namespace {
+
+using namespace std::chrono_literals;
+
+template <class T>
+T must(expected<T, StoreError> result) {
+  if (!result) throw std::runtime_error(result.error().text);
+  return std::move(*result);
+}
+
+/// A process: what the recorder does with a store and deliveries, without an engine.
+class Process {
+ public:
+  Process(const std::filesystem::path& folder, std::vector<InstalledTarget> targets,
+          const Deliveries::Options& options = {0.005, 0.02})
+      : store_(must(Store::open((folder / "monitor.sqlite").string(), {}))),
+        reader_(must(Reader::open((folder / "monitor.sqlite").string()))),
+        deliveries_(must(Deliveries::open(reader_, std::move(targets), options))) {
+    deliveries_->start();
+  }
+
+  /// Transition number `sample` of an alarm, as after a replay when it was there before.
+  void happens(std::uint64_t sample, bool written = true) {
+    Batch batch;
+    AlarmRecord alarm;
+    alarm.id = "17";
+    alarm.axis = "x";
+    alarm.alarm = "stiffness";
+    alarm.sample = sample;
+    alarm.json = R"({"text":"fell"})";
+    const EventRecord event{"x", sample, "stiffness", "raised", "17", 1, "fell", R"({"state":"active"})"};
+    batch.alarms = {alarm};
+    batch.events = {event};
+    deliveries_->queue(alarm, event, now_ns(), batch);
+    auto messages = batch.outbox;
+    if (written) {
+      const auto done = must(store_.commit(batch));
+      std::erase_if(messages, [&](const auto& message) {
+        return std::find(done.known_messages.begin(), done.known_messages.end(), message.key) !=
+               done.known_messages.end();
+      });
+    } else {
+      unwritten_ = batch;
+    }
+    deliveries_->send(std::move(messages));
+  }
+  /// What the recorder writes with its next commit.
+  void commit() {
+    Batch batch = std::exchange(unwritten_, {});
+    batch.deliveries = deliveries_->take();
+    must(store_.commit(batch));
+  }
+  [[nodiscard]] std::size_t waiting_in_store() {
+    return must(reader_.outbox_due(std::numeric_limits<std::int64_t>::max(), 1000)).size();
+  }
+  [[nodiscard]] Deliveries& deliveries() { return *deliveries_; }
+  [[nodiscard]] Deliveries::Status status(std::size_t target = 0) const {
+    return deliveries_->status()[target];
+  }
+
+ private:
+  Store store_;
+  Reader reader_;
+  std::unique_ptr<Deliveries> deliveries_;
+  Batch unwritten_;
+};
+
+TEST(Deliveries, EachTargetIsToldOnceAndInOrderAlthoughItFailsAndTheProcessIsKilled) {
+  const Folder folder;
+  FakeReceiver first, second;
+  first.fails = 1'000'000;
+  {
+    Process process(folder.path(), {first.target("mqtt"), second.target("nats")});
+    for (std::uint64_t sample = 1; sample <= 5; ++sample) process.happens(sample);
+    ASSERT_TRUE(
+        eventually([&] { return process.status(1).delivered == 5 && process.status(0).failures >= 2; }));
+    EXPECT_EQ(process.status(0).fault, "no answer");
+    EXPECT_EQ(process.status(0).waiting, 5U);
+    process.commit();  // killed: what comes now is not written
+  }
+  EXPECT_TRUE(first.keys().empty());
+  first.fails = 3;
+  {
+    Process process(folder.path(), {first.target("mqtt"), second.target("nats")});
+    EXPECT_EQ(process.status(0).fault, "no answer");
+    for (std::uint64_t sample = 4; sample <= 6; ++sample) process.happens(sample);  // 4 and 5 again
+    ASSERT_TRUE(eventually([&] { return first.keys().size() == 6 && second.keys().size() == 6; }));
+    EXPECT_TRUE(
+        eventually([&] { return process.status(0).delivered == 6 && process.status(0).fault.empty(); }));
+    process.deliveries().stop();
+    process.commit();
+    EXPECT_EQ(process.waiting_in_store(), 0U);
+  }
+  EXPECT_EQ(first.keys(), second.keys());
+  const auto keys = first.keys();
+  for (std::size_t i = 0; i < keys.size(); ++i)
+    EXPECT_TRUE(keys[i].ends_with(fmt::format(":17:{}:raised", i + 1))) << keys[i];
+  const auto body = nlohmann::json::parse(first.bodies().front());
+  EXPECT_EQ(body["event"]["transition"], "raised");
+  EXPECT_EQ(body["event"]["state"], "active");
+  EXPECT_EQ(body["alarm"]["axis"], "x");
+  EXPECT_EQ(body["alarm"]["id"], 17);
+
+  Process process(folder.path(), {first.target("mqtt"), second.target("nats")});
+  process.happens(6);
+  process.happens(7);
+  ASSERT_TRUE(eventually([&] { return first.keys().size() == 7 && second.keys().size() == 7; }));
+}
+
+TEST(Deliveries, AreMadeWhileNothingCanBeWrittenAndMarkedLater) {
+  const Folder folder;
+  FakeReceiver receiver;
+  Process process(folder.path(), {receiver.target("webhook")});
+  process.happens(1, false);
+  ASSERT_TRUE(eventually([&] { return process.status().delivered == 1; }));
+  process.commit();
+  EXPECT_EQ(process.waiting_in_store(), 0U);
+  process.happens(1);  // a replay
+  process.happens(2);
+  ASSERT_TRUE(eventually([&] { return process.status().delivered == 2; }));
+  EXPECT_EQ(receiver.keys().size(), 2U);
+}
+
+TEST(Deliveries, ATargetThatHangsDelaysNeitherOthersNorTheEnd) {
+  const Folder folder;
+  FakeReceiver hanging, other;
+  hanging.hangs = true;
+  Process process(folder.path(), {hanging.target("mqtt"), other.target("nats")});
+  process.happens(1);
+  process.happens(2);
+  ASSERT_TRUE(eventually([&] { return other.keys().size() == 2; }));
+  const auto begin = std::chrono::steady_clock::now();
+  process.deliveries().stop();
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, 2s);
+  process.commit();
+  EXPECT_EQ(process.waiting_in_store(), 2U);
+}
+
+TEST(Deliveries, GiveUpWhatIsRefusedForWhatItIsAndTheOldestOfTooMany) {
+  const Folder folder;
+  FakeReceiver receiver;
+  receiver.fails = 1;
+  receiver.field = "message";
+  Deliveries::Options options{0.005, 0.02};
+  options.refused_s = 0.0;
+  options.most_waiting = 3;
+  Process process(folder.path(), {receiver.target("webhook")}, options);
+  process.happens(1);
+  process.happens(2);
+  ASSERT_TRUE(eventually([&] { return receiver.keys().size() == 1; }));
+  EXPECT_TRUE(receiver.keys().front().ends_with(":2:raised"));
+  EXPECT_EQ(process.status().given_up, 1U);
+  receiver.field = "publisher";
+  receiver.fails = 1'000'000;
+  for (std::uint64_t sample = 3; sample <= 7; ++sample) process.happens(sample);
+  EXPECT_EQ(process.status().given_up, 3U);
+  receiver.fails = 0;
+  ASSERT_TRUE(eventually([&] { return receiver.keys().size() == 4; }));
+  EXPECT_TRUE(receiver.keys()[1].ends_with(":3:raised"));  // it was being sent
+  EXPECT_TRUE(receiver.keys()[3].ends_with(":7:raised"));
+  process.deliveries().stop();
+  process.commit();
+  EXPECT_EQ(process.waiting_in_store(), 0U);
+}
+
+TEST(Deliveries, MessagesOfTargetsThatAreNoLongerThereAreGivenUp) {
+  const Folder folder;
+  FakeReceiver receiver;
+  receiver.fails = 1'000'000;
+  {
+    Process process(folder.path(), {receiver.target("mqtt")});
+    process.happens(1);
+  }
+  Process process(folder.path(), {});
+  EXPECT_EQ(process.waiting_in_store(), 1U);
+  process.commit();
+  EXPECT_EQ(process.waiting_in_store(), 0U);
+}
+
+TEST(Deliveries, AWebhookGetsEachAlarmOnceAndOneThatHangsDoesNotDelayTheEnd) {
+  Webhook webhook;
+  webhook.fails = 2;
+  auto configuration = std::make_shared<Configuration>();
+  configuration->publish.webhook_url = webhook.url();
+  const Folder folder;
+  Process process(folder.path(), targets_of(configuration));
+  process.happens(1);
+  ASSERT_TRUE(eventually([&] { return process.status().delivered == 1; }));
+  EXPECT_EQ(process.status().failures, 2U);
+  ASSERT_EQ(webhook.requests().size(), 1U);
+  const auto request = webhook.requests().front();
+  const auto body = nlohmann::json::parse(request.body);
+  EXPECT_EQ(body["event"]["transition"], "raised");
+  EXPECT_EQ(body["idempotency_key"], request.get_header_value("Idempotency-Key"));
+  EXPECT_EQ(request.get_header_value("Resonid-Topic"), "alarms");
+
+  webhook.hangs = true;
+  process.happens(2);
+  ASSERT_TRUE(eventually([&] { return webhook.requests().size() == 2; }));
+  const auto begin = std::chrono::steady_clock::now();
+  process.deliveries().stop();
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, 2s);
+  process.commit();
+  EXPECT_EQ(process.waiting_in_store(), 1U);
+}
+
+}  // namespace
+}  // namespace resonid::monitor
