@@ -17,7 +17,7 @@ namespace resonid::monitoring {
 enum class AlarmKind : std::uint8_t {
   change,      ///< A figure differs from its baseline.
   limit,       ///< A figure is outside of its absolute limits.
-  data,        ///< Samples are missing, faulty, or come at another rate.
+  data,        ///< Samples are missing, faulty, or contradict what was told.
   stale,       ///< No samples come.
   estimate,    ///< Nothing is trusted for too long although the drive is excited.
   controller,  ///< Another controller runs than the one that was given.

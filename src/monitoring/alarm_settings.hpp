@@ -99,7 +99,7 @@ void describe(Visitor&& v, AxisAlarmSettings& c) {
   v("modulus_margin", c[Watched::modulus_margin], "least distance of the loop to -1");
   v("phase_margin", c[Watched::phase_margin], "phase margin (degrees)");
   v("gap", c[Watched::gap], "largest chordal distance of the response to the baseline, 0 ... 1");
-  v("data", c.data, "samples are missing, faulty, or come at another rate");
+  v("data", c.data, "samples are missing, faulty, or contradict what was told");
   v("stale", c.stale, "no samples come");
   v("estimate", c.estimate, "nothing is trusted for too long although the drive is excited");
   v("controller", c.controller, "another controller runs than the one that was given");

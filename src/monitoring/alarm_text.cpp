@@ -123,7 +123,7 @@ class AlarmSentence {
       case AlarmKind::limit:
         return limit() + since();
       case AlarmKind::data:
-        return "Samples are missing, faulty or come at another rate" + since();
+        return "Samples are missing, faulty, or contradict the configuration" + since();
       case AlarmKind::stale:
         return "No samples" + since();
       case AlarmKind::estimate: {

@@ -32,7 +32,7 @@ struct AlarmFacts {
   Row row{};  ///< As it begins (`not_measured`): none.
   std::array<FigureChange, kWatched> changes{};
   bool learning = false;            ///< No estimates, or no baseline yet.
-  bool data_fault = false;          ///< Samples are missing, faulty or come at another rate.
+  bool data_fault = false;          ///< Samples are missing, faulty, or contradict what was told.
   bool stale = false;               ///< No samples come.
   bool controller_known = false;    ///< Whether the controller could be compared.
   bool controller_differs = false;  ///< Then: whether another one runs.

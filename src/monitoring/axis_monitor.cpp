@@ -21,7 +21,10 @@ using online::Figure;
 constexpr std::size_t kStretches = 5;  // each twice as long as the one before; then what there is must do
 constexpr double kFirstRest_s = 10.0, kLongestRest_s = 600.0;
 constexpr double kUntrusted_s = 60.0;
-constexpr std::uint64_t kSnapshot = 0x3130'4e4f'4d44'5352;  // "RSDMON01"
+constexpr std::uint64_t kSnapshot = 0x3230'4e4f'4d44'5352;  // "RSDMON02"
+/// What a snapshot holds as it lies in memory; room for a FigureWatch that may be there.
+constexpr std::size_t kPlain = sizeof(AlarmFacts) + sizeof(AxisAlarms) + sizeof(ScaleCheck) +
+                               sizeof(ScaleFinding) + 2 + sizeof(FigureWatch);
 
 std::optional<Error> fault_of(const AxisSpec& spec) {
   const auto bad = [](const char* field, const char* requirement, double found) {
@@ -32,6 +35,7 @@ std::optional<Error> fault_of(const AxisSpec& spec) {
   if (!(spec.row_every_s > 0.0) || !std::isfinite(spec.row_every_s))
     return bad("row_every_s", "must be > 0 s", spec.row_every_s);
   const std::pair<const char*, double> scales[] = {{"input_scale", spec.input_scale},
+                                                   {"excitation_scale", spec.excitation_scale},
                                                    {"output_scale", spec.output_scale},
                                                    {"position_scale", spec.position_scale}};
   for (const auto& [field, value] : scales)
@@ -84,6 +88,7 @@ AxisMonitor::AxisMonitor(AxisSpec spec, AxisAlarmRules rules)
     options_.common.controller = options_.common.controller->sampled(1.0 / spec_.sample_rate_hz);
   parameter_.fill(online::kAxisParameters);
   rest_samples_ = samples_in(kFirstRest_s, spec_.sample_rate_hz);
+  scales_ = ScaleCheck(spec_, options_.common.controller ? &*options_.common.controller : nullptr);
   begin_gathering();
 }
 
@@ -108,6 +113,7 @@ std::size_t AxisMonitor::add(std::span<const double> values, Output& out) {
         gather(sample);
         break;
       default:
+        if (alarms_due_) tell_alarms(out);
         if (next_ >= rest_until_) begin_gathering();
     }
   }
@@ -118,7 +124,10 @@ void AxisMonitor::miss(std::uint64_t count) {
   if (count == 0) return;
   next_ += count;
   if (phase_ == Phase::gathering) begin_gathering();  // a stretch has no gap
-  if (phase_ == Phase::following) follower_->miss(count);
+  if (phase_ == Phase::following) {
+    follower_->miss(count);
+    scales_.miss(count);
+  }
   if (phase_ == Phase::resting && next_ >= rest_until_) begin_gathering();
   facts_.row.trusted = false;
 }
@@ -129,8 +138,8 @@ double AxisMonitor::position_of(Sample sample) const {
 
 online::AxisSample<double> AxisMonitor::scaled(Sample sample) const {
   const std::size_t input = spec_.has_excitation ? 1 : 0;
-  return {spec_.has_excitation ? sample[0] * spec_.input_scale : 0.0, sample[input] * spec_.input_scale,
-          sample[input + 1] * spec_.output_scale};
+  return {spec_.has_excitation ? sample[0] * spec_.input_scale * spec_.excitation_scale : 0.0,
+          sample[input] * spec_.input_scale, sample[input + 1] * spec_.output_scale};
 }
 
 void AxisMonitor::begin_gathering() {
@@ -139,6 +148,7 @@ void AxisMonitor::begin_gathering() {
   stretch_.start_time_s = static_cast<double>(next_) / spec_.sample_rate_hz;
   stretch_first_ = next_;
   attempts_ = 0;
+  scales_.reset();
   due_ = identification::detail::first_stretch(stretch_, options_);
 }
 
@@ -151,6 +161,7 @@ void AxisMonitor::gather(Sample sample) {
   stretch_.input.samples.push_back(s.torque);
   stretch_.output.samples.push_back(s.output);
   if (spec_.has_position) stretch_.position.samples.push_back(position);
+  scales_.step(s, position);
   if (stretch_.samples() >= due_) phase_ = Phase::learning;
 }
 
@@ -164,6 +175,12 @@ void AxisMonitor::rest(std::string reason) {
 
 void AxisMonitor::learn() {
   if (phase_ != Phase::learning) return;
+  scales_.look();
+  heed(scales_.finding());
+  if (scales_.finding().fault != ScaleFault::none) {
+    alarms_due_ = true;
+    return rest(reason_);
+  }
   const bool final = ++attempts_ >= kStretches;
   auto made = identification::detail::learn(stretch_, options_, final);
   if (!made) return rest(message_of(made.error()));
@@ -187,7 +204,7 @@ void AxisMonitor::learn() {
                                       position ? stretch_.position.samples[k] : AxisRow::kUnknown, false));
   stretch_ = empty_record(spec_);
   phase_ = Phase::following;
-  reason_.clear();
+  if (!contradicted()) reason_.clear();
   rest_samples_ = samples_in(kFirstRest_s, spec_.sample_rate_hz);
   untrusted_rows_ = 0;
   find_parameters();
@@ -202,6 +219,14 @@ void AxisMonitor::learn() {
   }
 }
 
+/// A contradiction lasts until the samples show the opposite.
+void AxisMonitor::heed(const ScaleFinding& finding) {
+  const bool found = finding.fault != ScaleFault::none;
+  if (finding.fault == contradiction_.fault || (!found && !scales_.verified())) return;
+  contradiction_ = finding;
+  reason_ = found ? fmt::format("axis {}: {}", spec_.name, scale_text(finding)) : std::string();
+}
+
 void AxisMonitor::find_parameters() {
   parameter_.fill(online::kAxisParameters);
   const auto& axis = follower_->axis();
@@ -213,7 +238,10 @@ void AxisMonitor::find_parameters() {
 }
 
 void AxisMonitor::follow(Sample sample, Output& out) {
-  if (follower_->step(scaled(sample), position_of(sample))) take_row(out);
+  const auto s = scaled(sample);
+  const double position = position_of(sample);
+  scales_.step(s, position);
+  if (follower_->step(s, position)) take_row(out);
 }
 
 void AxisMonitor::take_row(Output& out) {
@@ -235,7 +263,8 @@ void AxisMonitor::take_row(Output& out) {
   row.residual_rms = of.residual_rms;
   row.gates = of.gates;
   row.verdict = of.verdict;
-  row.trusted = of.trusted;
+  heed(scales_.finding());
+  row.trusted = of.trusted && !contradicted();
   // Rows that were not made are missed, so that the detectors' times stay right.
   if (row.sample + 1 > last_row_ + options_.every)
     watch_->miss((row.sample + 1 - last_row_) / options_.every - 1);
@@ -251,7 +280,8 @@ void AxisMonitor::take_row(Output& out) {
   // What is excited and yet not trusted for so long is not the machine that was learned.
   untrusted_rows_ = row.gates.excited && !row.trusted ? untrusted_rows_ + 1 : 0;
   if (untrusted_rows_ * options_.every <= samples_in(kUntrusted_s, spec_.sample_rate_hz)) return;
-  reason_ = fmt::format("not trusted for {:g} s ({}): learned anew", kUntrusted_s, name_of(row.verdict));
+  if (!contradicted())
+    reason_ = fmt::format("not trusted for {:g} s ({}): learned anew", kUntrusted_s, name_of(row.verdict));
   begin_gathering();
 }
 
@@ -259,8 +289,9 @@ double AxisMonitor::first_row_s() const { return static_cast<double>(watch_first
 
 void AxisMonitor::step_alarms(Output& out) {
   facts_.learning = phase_ != Phase::following;
-  facts_.data_fault = !facts_.learning && facts_.row.verdict != online::AxisVerdict::not_measured &&
-                      !facts_.row.gates.complete;
+  facts_.data_fault =
+      contradicted() || (!facts_.learning && facts_.row.verdict != online::AxisVerdict::not_measured &&
+                         !facts_.row.gates.complete);
   if (watch_) facts_.changes = watch_->changes(first_row_s());
   alarms_.step(rules_, facts_, out.events);
 }
@@ -288,6 +319,12 @@ expected<void, Error> AxisMonitor::act(const Action& action, Output& out) {
 void AxisMonitor::mark_stale(bool stale, Output& out) {
   if (facts_.stale == stale) return;
   facts_.stale = stale;
+  tell_alarms(out);
+}
+
+/// Between rows.
+void AxisMonitor::tell_alarms(Output& out) {
+  alarms_due_ = false;
   facts_.sample = next_;
   step_alarms(out);
 }
@@ -296,7 +333,7 @@ std::vector<std::byte> AxisMonitor::snapshot() const {
   ByteWriter to;
   to.put(kSnapshot);
   to.put(std::string(RESONID_VERSION));
-  to.put(static_cast<std::uint64_t>(sizeof(FigureWatch) + sizeof(AlarmFacts) + sizeof(AxisAlarms)));
+  to.put(static_cast<std::uint64_t>(kPlain));
   to.put(phase_);
   to.put(resume_sample());  // a stretch is gathered again from its samples
   to.put(rest_until_);
@@ -310,6 +347,9 @@ std::vector<std::byte> AxisMonitor::snapshot() const {
   ByteWriter plain;
   plain.put(facts_);
   plain.put(alarms_);
+  plain.put(scales_);
+  plain.put(contradiction_);
+  plain.put(static_cast<std::uint8_t>(alarms_due_ ? 1 : 0));
   plain.put(watch_.has_value());
   if (watch_) plain.put(*watch_);
   to.put_sparse(plain.bytes());
@@ -329,8 +369,7 @@ expected<AxisMonitor, Error> AxisMonitor::restore(AxisSpec spec, std::span<const
   from.get(version);
   from.get(sizes);
   if (!from.ok() || magic != kSnapshot) return refused("must be a snapshot of an axis");
-  if (version != RESONID_VERSION || sizes != sizeof(FigureWatch) + sizeof(AlarmFacts) + sizeof(AxisAlarms))
-    return refused("must be of this library version");
+  if (version != RESONID_VERSION || sizes != kPlain) return refused("must be of this library version");
   from.get(m.phase_);
   from.get(m.next_);
   from.get(m.rest_until_);
@@ -343,19 +382,24 @@ expected<AxisMonitor, Error> AxisMonitor::restore(AxisSpec spec, std::span<const
   from.get(m.last_action_);
   const auto any = FigureWatch::create(1.0, 1.0, 16.0, 50.0);
   std::vector<std::byte> plain;
-  from.get_sparse_sized(plain, sizeof(AlarmFacts) + sizeof(AxisAlarms) + 1 + sizeof(FigureWatch));
+  from.get_sparse_sized(plain, kPlain);
   ByteReader inner(plain);
   inner.get(m.facts_);
   inner.get(m.alarms_);
-  std::uint8_t watched = 0;
+  inner.get(m.scales_);
+  inner.get(m.contradiction_);
+  std::uint8_t watched = 0, due = 0;
+  inner.get(due);
   inner.get(watched);
   if (watched == 1) {
     m.watch_ = *any;
     inner.get(*m.watch_);
   }
-  if (!from.ok() || !inner.at_end() || watched > 1 || m.phase_ > Phase::resting || !m.alarms_.intact() ||
+  if (!from.ok() || !inner.at_end() || watched > 1 || due > 1 || m.phase_ > Phase::resting ||
+      !m.alarms_.intact() || !m.scales_.intact() || m.contradiction_.fault > ScaleFault::position ||
       (m.watch_ && !m.watch_->intact()))
     return refused("is damaged");
+  m.alarms_due_ = due == 1;
   if (m.phase_ == Phase::following) {
     m.follower_ = Follower::restored(from);
     if (!m.follower_ || !m.watch_) return refused("is damaged");

@@ -10,6 +10,7 @@
 #include <monitoring/axis_spec.hpp>
 #include <monitoring/figure_watch.hpp>
 #include <monitoring/row.hpp>
+#include <monitoring/scale_check.hpp>
 #include <optional>
 #include <resonid/base/expected.hpp>
 #include <span>
@@ -48,6 +49,10 @@ struct Output {
 /// Learning takes up to seconds and is left to the caller: while phase() is `learning`, add() takes nothing,
 /// and learn() may run in another thread. What it comes to depends on the samples alone.
 ///
+/// Scales, signs and controller are checked against the samples first (scale_check.hpp). An axis whose
+/// samples contradict what was told is not learned; one that is followed when it shows is no longer trusted.
+/// reason() names the key of the configuration, and the alarm `data` is raised.
+///
 /// An axis that cannot be learned rests, 10 s at first, ten minutes at most, and tries again; one that is
 /// excited and yet not trusted for a minute learns anew and keeps what it knows as usual.
 class AxisMonitor {
@@ -83,8 +88,11 @@ class AxisMonitor {
   [[nodiscard]] std::uint64_t learned_from() const noexcept { return follower_first_; }
   /// Whether changes of the figure can be told yet.
   [[nodiscard]] bool watches(Watched w) const noexcept { return watch_ && watch_->ready(w); }
-  /// Why nothing was learned; empty where there is nothing to say.
+  /// Why nothing was learned, or what of the configuration the samples contradict; empty where there is
+  /// nothing to say.
   [[nodiscard]] const std::string& reason() const noexcept { return reason_; }
+  /// What the samples contradict.
+  [[nodiscard]] const ScaleFinding& contradiction() const noexcept { return contradiction_; }
 
   /// Sample from which on a snapshot taken now needs the samples again.
   [[nodiscard]] std::uint64_t resume_sample() const noexcept {
@@ -108,7 +116,10 @@ class AxisMonitor {
   void take_row(Output& out);
   void step_alarms(Output& out);
   void mark_stale(bool stale, Output& out);
+  void tell_alarms(Output& out);
   void find_parameters();
+  void heed(const ScaleFinding& finding);
+  [[nodiscard]] bool contradicted() const noexcept { return contradiction_.fault != ScaleFault::none; }
   [[nodiscard]] double position_of(Sample sample) const;
   [[nodiscard]] online::AxisSample<double> scaled(Sample sample) const;
   [[nodiscard]] double first_row_s() const;
@@ -124,6 +135,10 @@ class AxisMonitor {
   std::size_t due_ = 0, attempts_ = 0;
   std::uint64_t rest_until_ = 0, rest_samples_ = 0;
   std::string reason_;
+
+  ScaleCheck scales_;
+  ScaleFinding contradiction_;
+  bool alarms_due_ = false;  // learn() found something to tell
 
   std::unique_ptr<identification::detail::Follower> follower_;
   std::uint64_t follower_first_ = 0;               // sample that is its first

@@ -18,8 +18,9 @@ struct AxisSpec {
   bool has_position = false;   ///< They hold the machine's position.
   /// Units of the samples once they are scaled; empty: SI for `motion` and `output_quantity`.
   std::string input_unit, output_unit;
-  double input_scale = 1.0;   ///< Of excitation and input, not 0; negative: their sign is turned round.
-  double output_scale = 1.0;  ///< Of the output, likewise.
+  double input_scale = 1.0;       ///< Of excitation and input, not 0; negative: their sign is turned round.
+  double excitation_scale = 1.0;  ///< A further one of the excitation alone, likewise.
+  double output_scale = 1.0;      ///< Of the output, likewise.
   double position_scale = 1.0;
 
   /// Method, controller, delay, excitation, start, baseline. What is about single recordings must be left

@@ -125,7 +125,7 @@ SourceStatus Feed::status() const {
   status.lost = lost_.load(std::memory_order_relaxed);
   status.unknown = unknown_.load(std::memory_order_relaxed);
   for (const auto& [kind, name] : kFaultNames)
-    if (const auto count = faults_.count(kind); count > 0)
+    if (const auto count = status.faults[static_cast<std::size_t>(kind)] = faults_.count(kind); count > 0)
       status.text += fmt::format("{}{}: {} ({} times)", status.text.empty() ? "" : "; ", name,
                                  faults_.example(kind), count);
   return status;

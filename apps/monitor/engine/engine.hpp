@@ -21,7 +21,7 @@ namespace resonid::monitor {
 struct LiveAxis {
   std::uint64_t revision = 0;  ///< Counts what was published of all axes.
   monitoring::Phase phase = monitoring::Phase::gathering;
-  std::string reason;             ///< Why nothing is followed.
+  std::string reason;             ///< Why nothing is followed, or not trusted.
   std::uint64_t next_sample = 0;  ///< All before it are in what stands here.
   std::int64_t newest_ns = 0;     ///< UNIX, of the newest sample; 0: none yet.
   std::int64_t processed_ns = 0;  ///< UNIX, when it was taken in.

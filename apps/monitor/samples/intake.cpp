@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 
@@ -35,7 +36,11 @@ std::vector<std::string> ring_channels(const ColumnNames& columns) {
   return names;
 }
 
-Intake::Intake(Ring& ring, ColumnNames columns) : ring_(ring), names_(std::move(columns)) {
+Intake::Intake(Ring& ring, ColumnNames columns)
+    : ring_(ring),
+      names_(std::move(columns)),
+      told_rate_(ring.settings().sample_rate_hz),
+      arrival_rate_(ring.settings().sample_rate_hz) {
   std::stable_partition(names_.begin(), names_.end(), [](const std::string& name) { return !name.empty(); });
 }
 
@@ -99,6 +104,7 @@ Intake::Outcome Intake::add(const Arrival& arrival, const SourcePosition& positi
   if (place->time_ns) told_ = {place->sample, *place->time_ns};
   again_ = 0;
   put_values(arrival, *place);
+  check_rate(*place, place->sample + left);
   SourcePosition reached = position.told() ? position : ring_.source();
   if (position.told() && !arrival.ends.empty()) reached.word[3] = arrival.ends.back();
   ring_.commit(reached, place->offset);
@@ -300,6 +306,21 @@ Intake::Clock Intake::clock_at(const Place& place, std::uint64_t gap, bool jump)
     clock.time_ns = here;
   }
   return clock;
+}
+
+/// By the sender's times, which belong to the first sample; else by when the last one came.
+void Intake::check_rate(const Place& place, std::uint64_t end) {
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  if (place.restarted) told_rate_.reset();
+  const auto found = place.time_ns ? told_rate_.step(place.sample, 1e-9 * static_cast<double>(*place.time_ns))
+                                   : arrival_rate_.step(end, std::chrono::duration<double>(now).count());
+  if (!found) return;
+  const double rate = ring_.settings().sample_rate_hz;
+  faults_.note(Fault::rate,
+               fmt::format("sample_rate_hz: {} {:.6g} Hz for a minute, {:+.2g} % off the {:.6g} Hz that were "
+                           "told",
+                           place.time_ns ? "the sender's times tell" : "samples come at", *found,
+                           100.0 * (*found / rate - 1.0), rate));
 }
 
 /// Puts the channels of the samples that are new.

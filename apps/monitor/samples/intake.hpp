@@ -17,6 +17,7 @@
 
 #include "monitor/samples/arrival.hpp"
 #include "monitor/samples/faults.hpp"
+#include "monitor/samples/rate_check.hpp"
 #include "monitor/samples/ring.hpp"
 
 namespace resonid::monitor {
@@ -49,7 +50,8 @@ struct SampleCounters {
 
 /// Takes what arrives for one axis into its ring: columns become channels, doubles are left out, gaps of up
 /// to a second are filled with missing samples and longer ones skipped, the sender's clock is followed
-/// without ever going back. Values stay as they came. What is wrong is counted and named; nothing throws.
+/// without ever going back. Values stay as they came. What is wrong is counted and named, a rate too that is
+/// not the axis' own by the sender's times or, without, by when its samples come; nothing throws.
 ///
 /// A sender that numbers its samples gets every sample exactly once. One that does not is taken to send
 /// consecutive samples, and each message once by the position that its source tells. For any thread.
@@ -113,6 +115,7 @@ class Intake {
   [[nodiscard]] Clock clock_at(const Place& place, std::uint64_t gap, bool jump) const;
   [[nodiscard]] std::optional<std::int64_t> time_of(std::uint64_t sample) const;
   void put_values(const Arrival& arrival, const Place& place);
+  void check_rate(const Place& place, std::uint64_t end);
 
   Ring& ring_;
   ColumnNames names_;                          ///< [ring channel], the unused ones at the end empty
@@ -126,7 +129,8 @@ class Intake {
   double deviation_ns_ = 0.0;  ///< Told time less that of the ring, of the last message.
   std::optional<std::pair<std::uint64_t, std::int64_t>> told_;  ///< Sample and time of the last message.
   std::uint64_t clock_anchor_ = 0;  ///< Sample of the newest anchor that was put for the clock.
-  bool not_finite_ = false;         ///< The newest sample.
+  RateCheck told_rate_, arrival_rate_;
+  bool not_finite_ = false;  ///< The newest sample.
   std::vector<double> values_;
   mutable std::mutex mutex_;
   SampleCounters counters_;

@@ -83,6 +83,7 @@ class SpecBuilder {
     }
     s_.input_scale = u.factor;
     s_.input_unit = u.unit == input_si ? "" : u.unit;
+    s_.excitation_scale = a_.excitation_scale;
     s_.output_scale = y.factor;
     s_.output_unit = y.unit == output_si ? "" : y.unit;
     s_.position_scale = a_.position_scale;

@@ -238,6 +238,7 @@ expected<void, Error> check(const AxisConfig& c) {
       .given("input", c.input)
       .given("output", c.output)
       .not_zero("input_scale", c.input_scale)
+      .not_zero("excitation_scale", c.excitation_scale)
       .not_zero("output_scale", c.output_scale)
       .not_zero("position_scale", c.position_scale)
       .not_zero("torque_constant", c.torque_constant.value_or(1.0))

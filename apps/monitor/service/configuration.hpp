@@ -254,7 +254,7 @@ struct AxisConfig {
   data::Motion motion = data::Motion::rotary;
   data::OutputQuantity output_quantity = data::OutputQuantity::velocity;
   std::string input_unit, output_unit;
-  double input_scale = 1.0, output_scale = 1.0, position_scale = 1.0;
+  double input_scale = 1.0, excitation_scale = 1.0, output_scale = 1.0, position_scale = 1.0;
   std::optional<double> torque_constant, rated_torque, counts_per_rev;
   std::string controller;
   double delay_s = 0.0;
@@ -291,6 +291,7 @@ void describe(Visitor&& v, AxisConfig& c) {
   v("output_unit", c.output_unit,
     "unit of the scaled output, rpm, mm/s, deg ...; empty: as the column's name tells, else rad/s (m/s) ...");
   v("input_scale", c.input_scale, "factor of input and excitation, not 0; -1 turns their sign round");
+  v("excitation_scale", c.excitation_scale, "further factor of the excitation alone, likewise");
   v("output_scale", c.output_scale, "factor of the output, likewise");
   v("position_scale", c.position_scale, "factor of the position, likewise");
   v("torque_constant", c.torque_constant, "torque (force) per current, of an input in A; not 0 (Nm/A)");

@@ -49,6 +49,7 @@ std::string why(const LiveAxis& live) {
     if (!live.reason.empty()) return live.reason;
     return live.next_sample == 0 ? "waits for the first samples" : "learns what the machine is";
   }
+  if (!live.row.trusted && !live.reason.empty()) return live.reason;
   switch (live.row.verdict) {
     case V::trusted:
       return "";
@@ -444,8 +445,18 @@ web::ServiceStatus LiveBackend::status() const {
   s.axes = axes_.size();
   for (const auto& source : sources_) {
     const auto now = source.source->status();
-    s.sources.push_back({source.installed->name, source.installed->kind, std::string(name_of(now.state)),
-                         std::string(source.source->promise()), now.messages, now.bytes, now.lost, now.text});
+    s.sources.push_back({source.installed->name,
+                         source.installed->kind,
+                         std::string(name_of(now.state)),
+                         std::string(source.source->promise()),
+                         now.messages,
+                         now.bytes,
+                         now.lost,
+                         now.text,
+                         {}});
+    for (const auto& [kind, name] : kFaultNames)
+      if (const auto count = now.faults[static_cast<std::size_t>(kind)]; count > 0)
+        s.sources.back().faults.push_back({std::string(name), count, {}});
   }
   const auto store = recorder_.status();
   s.store = {store.bytes,          store.pending,

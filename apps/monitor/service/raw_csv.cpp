@@ -45,7 +45,8 @@ std::string raw_csv(const Ring& ring, const InstalledAxis& axis, std::uint64_t f
       if (sample >= to) return text;
       fmt::format_to(out, "{:.9g}", static_cast<double>(sample - from) / axis.spec.sample_rate_hz);
       for (std::size_t c = 0; c < ring.channels(); ++c) {
-        const double x = piece.values[k * ring.channels() + c];
+        double x = piece.values[k * ring.channels() + c];
+        if (excitation && c == 0) x *= axis.spec.excitation_scale;  // which identify has no option for
         if (std::isfinite(x))
           fmt::format_to(out, ",{}", x);
         else

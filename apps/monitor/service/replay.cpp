@@ -100,7 +100,8 @@ expected<Replay, Error> replay_of(const Configuration& configuration, const std:
   if (!record) return unexpected(in_keys(std::move(record.error())));
   if (!spec->has_excitation) record->excitation = {};
   if (!spec->has_position) record->position = {};
-  spec->input_scale = spec->output_scale = 1.0;
+  for (double& ru : record->excitation.samples) ru *= spec->excitation_scale;
+  spec->input_scale = spec->excitation_scale = spec->output_scale = 1.0;
   spec->position_scale /= converted->position_scale;
   return Replay{std::make_shared<const data::Record>(std::move(*record)), std::move(*spec),
                 found->second.controller};

@@ -44,6 +44,8 @@ SourceStatus Delivery::status() const {
   status.bytes = bytes_.load(std::memory_order_relaxed);
   status.lost = lost_.load(std::memory_order_relaxed);
   status.unknown = unknown_.load(std::memory_order_relaxed);
+  for (const auto& [kind, name] : kFaultNames)
+    status.faults[static_cast<std::size_t>(kind)] = faults_.count(kind);
   const auto tell = [&](const FaultLog& log) {
     for (const auto& [kind, name] : kFaultNames)
       if (log.count(kind) > 0)

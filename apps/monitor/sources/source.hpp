@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <resonid/base/enum_names.hpp>
 #include <span>
@@ -33,7 +34,9 @@ struct SourceStatus {
   std::uint64_t messages = 0, bytes = 0;
   std::uint64_t lost = 0;     ///< Messages that the source knows to have been lost.
   std::uint64_t unknown = 0;  ///< Messages of axes that nobody configured.
-  std::string text;           ///< Why it waits or failed; the newest fault.
+  /// [kind] What was wrong and belongs to no axis; of one that has an axis alone they are that one's.
+  std::array<std::uint64_t, kFaults> faults{};
+  std::string text;  ///< Why it waits or failed; the newest fault.
 };
 
 /// Where the samples of a source go.

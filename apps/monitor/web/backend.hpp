@@ -256,7 +256,8 @@ struct SourceStatus {
   std::string state;    ///< In a word.
   std::string promise;  ///< What it can lose when the process is killed.
   std::uint64_t messages = 0, bytes = 0, lost = 0;
-  std::string text;  ///< What is wrong, or empty.
+  std::string text;           ///< What is wrong, or empty.
+  std::vector<Fault> faults;  ///< That belong to no axis; without examples, which the text has.
 };
 /// A receiver of alarms.
 struct DeliveryStatus {

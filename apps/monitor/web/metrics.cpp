@@ -204,6 +204,12 @@ std::string metrics_text(const std::vector<AxisStatus>& axes, const std::vector<
              [](const SourceStatus& s) { return s.bytes; });
   per_source("resonid_source_lost_total", "Messages that a source is known to have lost.",
              [](const SourceStatus& s) { return s.lost; });
+  to.family("resonid_source_faults_total", "counter", "Faults that belong to no axis, by what is wrong.");
+  for (const auto& s : status.sources)
+    for (const auto& fault : s.faults)
+      to.sample(fmt::format("source=\"{}\",kind=\"{}\",fault=\"{}\"", label(s.name), label(s.kind),
+                            label(fault.kind)),
+                fault.count);
 
   to.family("resonid_store_bytes", "gauge", "Size of the database on disk.");
   to.sample("", status.store.bytes);

@@ -40,6 +40,7 @@ motion = "linear"
 output_quantity = "position"
 input = "i"
 input_scale = 40
+excitation_scale = -0.5
 output = "x"
 position = "x"
 position_scale = -1
@@ -53,6 +54,7 @@ position_scale = -1
   EXPECT_FALSE(b.has_excitation);
   EXPECT_TRUE(b.has_position);
   EXPECT_EQ(b.input_scale, 40.0);
+  EXPECT_EQ(b.excitation_scale, -0.5);
   EXPECT_EQ(b.position_scale, -1.0);
   EXPECT_EQ(b.alarms[monitoring::Watched::stiffness].high, 400.0);
   const auto& x = specs->back();

@@ -276,6 +276,21 @@ TEST_F(IntakeTest, ImpossibleTimesAreAFaultAndIgnored) {
   EXPECT_EQ(stored().back().time_ns, time_of(39));
 }
 
+TEST_F(IntakeTest, ARateOnePerCentOffIsToldAfterAMinute) {
+  const auto second = [&](std::int64_t k, double length) {
+    add(static_cast<std::uint64_t>(1000 * k), 1000,
+        kStart_ns + static_cast<std::int64_t>(1e9 * length * static_cast<double>(k)));
+    ring_->set_read(ring_->end());
+  };
+  for (std::int64_t k = 0; k < 150; ++k) second(k, 1.0);
+  EXPECT_EQ(faults(Fault::rate), 0U);
+  for (std::int64_t k = 150; k < 300; ++k) second(k, 1.01);
+  EXPECT_GE(faults(Fault::rate), 1U);
+  EXPECT_NE(intake_->faults().example(Fault::rate).find("sample_rate_hz: the sender's times tell 990"),
+            std::string::npos)
+      << intake_->faults().example(Fault::rate);
+}
+
 TEST_F(IntakeTest, ValuesThatAreNotFiniteAreMissing) {
   const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity();
   add({0, nan, 0, nan, 0, 2, inf, 0, 4, 3, 0, 6, 4, 0, -inf});  // y, temperature, ru

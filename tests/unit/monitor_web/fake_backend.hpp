@@ -164,7 +164,15 @@ class FakeBackend : public Backend {
     s.started_time_s = kTime;
     s.uptime_s = 10.0;
     s.axes = 2;
-    s.sources = {{"line-1", "mqtt", "connected", "nothing while the broker's queue lasts", 10, 1000, 1, ""}};
+    s.sources = {{"line-1",
+                  "mqtt",
+                  "connected",
+                  "nothing while the broker's queue lasts",
+                  10,
+                  1000,
+                  1,
+                  "",
+                  {{"format", 2, ""}}}};
     s.store = {4096, 3, true, "the disk is full", true, false};
     s.threshold = {3.6e6, 3.6e7};
     s.deliveries = {{"webhook", 2, 40, 3, 1, "answer 503"}};

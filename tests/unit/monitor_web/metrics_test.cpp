@@ -55,6 +55,7 @@ TEST(WebMetrics, BaseUnitsAndLabels) {
                            R"(resonid_source_lost_total{source="line-1",kind="mqtt"} 1)",
                            R"(resonid_deliveries_waiting{target="webhook"} 2)",
                            R"(resonid_delivery_failures_total{target="webhook"} 3)",
+                           R"(resonid_source_faults_total{source="line-1",kind="mqtt",fault="format"} 2)",
                            R"(resonid_http_responses_total{code="404"} 1)"})
     EXPECT_TRUE(has_line(text, line)) << line;
   EXPECT_TRUE(has_line("\n" + text, R"(resonid_build_info{version="0.1.0"} 1)"));

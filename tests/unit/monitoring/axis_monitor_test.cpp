@@ -229,6 +229,64 @@ TEST(AxisMonitor, PassesOverWhatIsMissing) {
   }));
 }
 
+/// The output of samples from one on with the sign turned round.
+std::vector<double> turned(std::vector<double> values, std::size_t from, std::size_t to) {
+  for (std::size_t k = 3 * from; k < std::min(3 * to, values.size()); k += 3) values[k + 2] *= -1.0;
+  return values;
+}
+constexpr AlarmId kDataAlarm{AlarmKind::data, {}};
+
+TEST(AxisMonitor, DoesNotTrustAnAxisWhoseOutputIsTurnedRound) {
+  const auto values = turned(samples_of_drive(40.0, 0.0, 0.0, 11), 0, 1'000'000);
+  auto spec = spec_of_drive();
+  spec.track.common.controller = pi(0.5, 0.2);
+  auto monitor = AxisMonitor::create(spec).value();
+  Output out;
+  run(monitor, values, 250, out);
+  EXPECT_EQ(monitor.contradiction().fault, ScaleFault::output_sign);
+  EXPECT_EQ(monitor.reason().find("axis x: output_scale: the sign is turned round"), 0U) << monitor.reason();
+  EXPECT_TRUE(monitor.alarms()[kDataAlarm].active);
+  EXPECT_TRUE(std::none_of(out.rows.begin(), out.rows.end(), [](const Row& r) { return r.trusted; }));
+  // The configuration is right now: the axis is followed.
+  spec.output_scale = -1.0;
+  auto again = AxisMonitor::create(spec).value();
+  out = {};
+  run(again, values, 250, out);
+  EXPECT_TRUE(again.row().trusted) << again.reason();
+  EXPECT_EQ(again.reason(), "");
+  EXPECT_TRUE(out.events.empty());
+}
+
+TEST(AxisMonitor, TrustsNoMoreWhereASignTurnsRoundAndAgainOnceItIsRight) {
+  constexpr std::size_t kTurned = 100 * 250, kBack = 190 * 250;
+  const auto values = turned(samples_of_drive(260.0, 0.0, 0.0, 12), kTurned, kBack);
+  auto spec = spec_of_drive();
+  spec.track.common.controller = pi(0.5, 0.2);
+  auto monitor = AxisMonitor::create(spec).value();
+  Output out;
+  const std::span<const double> all(values);
+  run(monitor, all.first(3 * kTurned), 250, out);
+  EXPECT_TRUE(monitor.row().trusted);
+  EXPECT_FALSE(monitor.alarms()[kDataAlarm].active);
+  run(monitor, all.subspan(3 * kTurned, 3 * (kBack - kTurned)), 250, out);
+  EXPECT_EQ(monitor.contradiction().fault, ScaleFault::output_sign) << monitor.reason();
+  EXPECT_FALSE(monitor.row().trusted);
+  EXPECT_TRUE(monitor.alarms()[kDataAlarm].active);
+  // The same from a snapshot within it.
+  auto after = AxisMonitor::restore(spec, monitor.snapshot());
+  ASSERT_TRUE(after) << message_of(after.error());
+  EXPECT_EQ(after->reason(), monitor.reason());
+  Output direct, restored;
+  run(monitor, all.subspan(3 * monitor.next_sample()), 250, direct);
+  run(*after, all.subspan(3 * after->next_sample()), 333, restored);
+  std::erase_if(restored.rows, [&](const Row& r) { return r.sample < kBack; });
+  std::erase_if(direct.rows, [&](const Row& r) { return r.sample < kBack; });
+  expect_same(direct, restored);
+  EXPECT_EQ(monitor.contradiction().fault, ScaleFault::none) << monitor.reason();
+  EXPECT_TRUE(monitor.row().trusted) << monitor.reason();
+  EXPECT_FALSE(monitor.alarms()[kDataAlarm].active);
+}
+
 TEST(AxisMonitor, TakesEachActionOnce) {
   const auto values = samples_of_drive(200.0, 0.1, 100.0, 10);
   auto monitor = AxisMonitor::create(spec_of_drive()).value();
@@ -268,6 +326,7 @@ TEST(AxisMonitor, RefusesSpecificationsThatCannotBe) {
   EXPECT_EQ(field([](AxisSpec& s) { s.sample_rate_hz = 0.0; }), "sample_rate_hz");
   EXPECT_EQ(field([](AxisSpec& s) { s.row_every_s = -1.0; }), "row_every_s");
   EXPECT_EQ(field([](AxisSpec& s) { s.input_scale = 0.0; }), "input_scale");
+  EXPECT_EQ(field([](AxisSpec& s) { s.excitation_scale = 0.0; }), "excitation_scale");
   EXPECT_EQ(field([](AxisSpec& s) { s.output_scale = kNaN; }), "output_scale");
   EXPECT_EQ(field([](AxisSpec& s) { s.baseline_s = kNaN; }), "baseline_s");
   EXPECT_EQ(field([](AxisSpec& s) { s.false_alarm_interval_s = 0.0; }), "false_alarm_interval_s");
