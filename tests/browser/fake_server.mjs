@@ -357,8 +357,8 @@ export async function startServer({ axes = 12, token = null, readToken = false, 
     if (what === "status") {
       return {
         version: "0.1.0", started_time_s: simulation.start - 3600, uptime_s: now - simulation.start + 3600, axes: simulation.names.length,
-        sources: [{ name: "broker", kind: "mqtt", state: "connected", promise: "nothing lost while the broker's queue lasts", messages: 123456, bytes: 987654321, lost: 0, text: "" },
-          { name: "plc", kind: "tcp", state: "disconnected", promise: "nothing lost if the client keeps until acknowledged", messages: 4711, bytes: 1234567, lost: 12, text: "connection refused" }],
+        sources: [{ name: "broker", kind: "mqtt", state: "running", promise: "nothing lost while the broker's queue lasts", messages: 123456, bytes: 987654321, lost: 0, text: "" },
+          { name: "plc", kind: "tcp", state: "waiting", promise: "nothing lost if the client keeps until acknowledged", messages: 4711, bytes: 1234567, lost: 12, text: "connection refused" }],
         store: { bytes: 345678901, pending: 3, disk_full: false }, threshold: { false_alarm_interval_s: 3.6e6, per_figure_s: 3.6e6 * 12 * 11 },
       };
     }

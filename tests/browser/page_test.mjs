@@ -1,24 +1,14 @@
 // SPDX-License-Identifier: MIT
 // What a person does on the page of `resonid monitor`, in a real browser against a simulated fleet (fake_server.mjs).
-// RESONID_CHROMIUM names the browser, RESONID_PACKAGES the folder of node_modules if it is not this one, RESONID_UPLOT that of uPlot;
-// RESONID_SCREENSHOTS a folder that gets pictures of every page.
+// RESONID_UPLOT is the folder of uPlot; the others stand in person.mjs.
 import assert from "node:assert/strict";
-import { existsSync, mkdirSync, readFileSync } from "node:fs";
-import { createRequire } from "node:module";
-import path from "node:path";
 import { after, afterEach, before, describe, test } from "node:test";
-import { pathToFileURL } from "node:url";
 import { startServer } from "./fake_server.mjs";
-
-const given = process.env.RESONID_CHROMIUM;
-const CHROMIUM = given !== undefined && existsSync(given) ? given : ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find(existsSync);
-const PICTURES = process.env.RESONID_SCREENSHOTS;
-/** A machine that others use, too, is slow; nobody waits for so long where things are as they should be. */
-const PATIENCE = 20000;
+import { fits, launch, open, PATIENCE, person, picture, SKIP } from "./person.mjs";
 
 const sleep = (ms) => new Promise((resolve) => { setTimeout(resolve, ms); });
 
-describe("page of resonid monitor", { skip: CHROMIUM ? false : "SKIPPED: no chromium found; install the package 'chromium' or set RESONID_CHROMIUM" }, () => {
+describe("page of resonid monitor", { skip: SKIP }, () => {
   let browser;
   let axe;
   let server;
@@ -26,13 +16,7 @@ describe("page of resonid monitor", { skip: CHROMIUM ? false : "SKIPPED: no chro
   const troubles = [];
   const requested = new Set();
 
-  before(async () => {
-    // Where npm put them: beside this file, or in a build folder.
-    const { resolve } = createRequire(process.env.RESONID_PACKAGES ? path.join(process.env.RESONID_PACKAGES, "x.mjs") : import.meta.url);
-    const { default: puppeteer } = await import(pathToFileURL(resolve("puppeteer-core")));
-    axe = readFileSync(resolve("axe-core/axe.min.js"), "utf8");
-    browser = await puppeteer.launch({ executablePath: CHROMIUM, headless: true, args: process.getuid?.() === 0 ? ["--no-sandbox"] : [] });
-  });
+  before(async () => { ({ browser, axe } = await launch()); });
   after(() => browser?.close());
   afterEach(async () => {
     await page?.close();
@@ -41,52 +25,18 @@ describe("page of resonid monitor", { skip: CHROMIUM ? false : "SKIPPED: no chro
   });
 
   /** A fresh server and a fresh page at a hash, with what a test needs of them. */
-  async function visit(hash = "", { width = 1280, height = 900, dark = false, ...options } = {}) {
+  async function visit(hash = "", { width, height, dark, ...options } = {}) {
     server = await startServer(options);
-    const context = await browser.createBrowserContext();
-    page = await context.newPage();
-    page.setDefaultTimeout(PATIENCE);
     troubles.length = 0;
     requested.clear();
-    page.on("console", (m) => { if (m.type() === "error") troubles.push(m.text()); });
-    page.on("pageerror", (e) => troubles.push(String(e.message)));
-    page.on("request", (r) => { if (!r.url().startsWith("data:")) requested.add(new URL(r.url()).origin); });
-    await page.setViewport({ width, height });
-    await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: dark ? "dark" : "light" }]);
+    page = await open(browser, { width, height, dark }, troubles, requested);
     await page.goto(server.url + hash);
     await page.waitForSelector("h1");
     await says("#strip .connection", /^Connected/);
   }
 
-  const text = (selector) => page.$eval(selector, (e) => e.innerText.replace(/\s+/g, " ").trim());
-  const texts = (selector) => page.$$eval(selector, (all) => all.map((e) => e.innerText.replace(/\s+/g, " ").trim()));
-  const hash = () => page.evaluate(() => decodeURIComponent(location.hash));
-
-  /** Waits until a text says something, and tells what it said if it does not. */
-  async function says(selector, wanted) {
-    try {
-      await page.waitForFunction((s, source, flags) => new RegExp(source, flags).test(document.querySelector(s)?.innerText.replace(/\s+/g, " ").trim() ?? ""), {}, selector, wanted.source, wanted.flags);
-    } catch {
-      assert.match(await page.$(selector) ? await text(selector) : `(no ${selector})`, wanted);
-    }
-  }
-
-  const button = (label, within = "") => page.waitForSelector(`::-p-xpath(//*[${within || "true()"}]//button[normalize-space(.)='${label}'])`);
-  const press = async (label) => (await button(label)).click();
+  const { text, texts, hash, says, button, press, answer, focused } = person(() => page);
   const row = (name) => `.row[data-axis="${name}"]`;
-
-  async function answer(values) {
-    await page.waitForSelector("dialog[open]");
-    for (const [name, value] of Object.entries(values)) {
-      const field = await page.$(`dialog [name="${name}"]`);
-      if (await field.evaluate((e) => e.tagName === "SELECT")) await field.select(value);
-      else {
-        await field.evaluate((e) => { e.value = ""; });
-        await field.type(value);
-      }
-    }
-    await page.click("dialog button[type=submit]");
-  }
 
   const axes = () => page.$$eval(".row", (rows) => rows.map((r) => r.dataset.axis));
   const stiffness = async () => Number((await text(".figures-table tr:nth-child(3) td")).split(" ")[0]);
@@ -107,6 +57,7 @@ describe("page of resonid monitor", { skip: CHROMIUM ? false : "SKIPPED: no chro
     await says(`${row("press-2")} .state`, /^No data for \d+ min/);
     await says(`${row("belt-1")} .values`, /Stiffness [\d.]+ ± [\d.]+ Nm\/rad \(−[\d.]+ ± [\d.]+\) %, beyond its limit/);
     await says("#strip .alarms", /^2 alarms active, 1 not acknowledged$/);
+    await says("#strip .service", /^Source plc waiting$/);
     await page.click(`${row("belt-1")} a`);
     await says("h1", /^belt-1$/);
     assert.equal(await hash(), "#/axis/belt-1");
@@ -278,7 +229,6 @@ describe("page of resonid monitor", { skip: CHROMIUM ? false : "SKIPPED: no chro
     await visit();
     await page.waitForSelector(row("winder-5"));
     const key = (name) => page.keyboard.press(name);
-    const focused = () => page.evaluate(() => document.activeElement.innerText || document.activeElement.id);
     await key("/");
     assert.equal(await focused(), "search");
     await page.keyboard.type("winder");
@@ -401,6 +351,11 @@ describe("page of resonid monitor", { skip: CHROMIUM ? false : "SKIPPED: no chro
     await page.waitForSelector(row("belt-1"));
     await says("#strip .connection", /^Connected$/);
     assert.equal((await page.$$("dialog")).length, 0);
+    // A link to a file has the token while it is followed, not when it is copied.
+    await page.goto(server.url + "#/alarm/1");
+    const csv = await page.waitForSelector('.links a[href$="evidence.csv"]');
+    assert.match(await csv.evaluate((a) => { a.addEventListener("click", (event) => event.preventDefault()); a.click(); return a.href; }), /evidence\.csv\?token=secret$/);
+    await page.waitForFunction((a) => a.href.endsWith("evidence.csv"), {}, csv);
   });
 
   test("a machine that moves along a line has its units", async () => {
@@ -425,7 +380,7 @@ describe("page of resonid monitor", { skip: CHROMIUM ? false : "SKIPPED: no chro
 
   test("the status page tells sources with their promises, the store and the threshold", async () => {
     await visit("#/status");
-    await says("main", /plc tcp Disconnected nothing lost if the client keeps until acknowledged 4\s711 1\.23 MB 12 connection refused/);
+    await says("main", /plc tcp Waiting nothing lost if the client keeps until acknowledged 4\s711 1\.23 MB 12 connection refused/);
     await says("main", /One false alarm of the installation in 42 days/);
     await says("main", /Stored 346 MB/);
     await says("main", /winder-5 Acknowledged Lee full reel/);
@@ -549,15 +504,8 @@ describe("page of resonid monitor", { skip: CHROMIUM ? false : "SKIPPED: no chro
         if (name === "axis" || name === "stale") await page.waitForSelector(".trends canvas");
         await sleep(700);
         if (name === "alarms") await press("Shelve");
-        const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
-        assert.ok(wide <= 0, `${name} is ${wide} pixels too wide`);
-        if (PICTURES) {
-          mkdirSync(PICTURES, { recursive: true });
-          await page.screenshot({ path: path.join(PICTURES, `${name}-${look}.png`), fullPage: name !== "alarms" });
-        }
-        await page.evaluate(axe);
-        const found = await page.evaluate(() => globalThis.axe.run(document, { resultTypes: ["violations"] }));
-        assert.deepEqual(found.violations.map((v) => `${v.id}: ${v.nodes.map((n) => `${n.target} ${n.failureSummary}`).slice(0, 3).join("; ")}`), [], `${name}, ${look}`);
+        await picture(page, `${name}-${look}`, name !== "alarms");
+        await fits(page, axe, `${name}, ${look}`);
         if (name === "alarms") await page.keyboard.press("Escape");
       }
       noTrouble();

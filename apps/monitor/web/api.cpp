@@ -208,15 +208,15 @@ constexpr Route kRoutes[] = {
     {{"GET", "/api/v1/axes/{axis}"}, Access::read, get_axis},
     {{"GET", "/api/v1/axes/{axis}/response"}, Access::read, get_response},
     {{"GET", "/api/v1/axes/{axis}/history"}, Access::read, get_history},
-    {{"GET", "/api/v1/axes/{axis}/raw"}, Access::read, get_raw},
+    {{"GET", "/api/v1/axes/{axis}/raw"}, Access::read_or_query, get_raw},
     {{"GET", "/api/v1/axes/{axis}/compare"}, Access::read, get_comparison},
     {{"POST", "/api/v1/axes/{axis}/baseline"}, Access::write, act_on_axis<ActionKind::baseline>},
     {{"POST", "/api/v1/axes/{axis}/relearn"}, Access::write, act_on_axis<ActionKind::relearn>},
     {{"POST", "/api/v1/axes/{axis}/maintenance"}, Access::write, act_on_axis<ActionKind::maintenance>},
     {{"GET", "/api/v1/alarms"}, Access::read, get_alarms},
     {{"GET", "/api/v1/alarms/{id}/events"}, Access::read, get_events},
-    {{"GET", "/api/v1/alarms/{id}/evidence.csv"}, Access::read, get_evidence},
-    {{"GET", "/api/v1/alarms/{id}/report.html"}, Access::read, get_report},
+    {{"GET", "/api/v1/alarms/{id}/evidence.csv"}, Access::read_or_query, get_evidence},
+    {{"GET", "/api/v1/alarms/{id}/report.html"}, Access::read_or_query, get_report},
     {{"POST", "/api/v1/alarms/{id}/acknowledge"}, Access::write, act_on_alarm<ActionKind::acknowledge>},
     {{"POST", "/api/v1/alarms/{id}/shelve"}, Access::write, act_on_alarm<ActionKind::shelve>},
     {{"POST", "/api/v1/alarms/{id}/unshelve"}, Access::write, act_on_alarm<ActionKind::unshelve>},
@@ -283,7 +283,7 @@ bool same_token(std::string_view given, std::string_view wanted) {
 std::string token_of(const httplib::Request& request, Access access) {
   const auto header = request.get_header_value("Authorization");
   if (lower(header.substr(0, 7)) == "bearer ") return header.substr(7);
-  // EventSource sends no headers of one's own.
+  // EventSource and links send no headers of one's own.
   return access == Access::read_or_query ? request.get_param_value("token") : std::string();
 }
 

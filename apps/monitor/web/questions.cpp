@@ -141,7 +141,8 @@ Answer<HistoryQuestion> history_question(const Query& query, double now_s) {
 }
 
 Answer<Interval> raw_interval(const Query& query) {
-  if (const auto known = only(query, {"from", "to"}); !known) return unexpected<Problem>(known.error());
+  if (const auto known = only(query, {"from", "to", "token"}); !known)
+    return unexpected<Problem>(known.error());
   auto found = interval(query, "from", "to", {kUnknown, kUnknown});
   if (!found) return found;
   if (!(found->from_s < found->to_s && found->to_s - found->from_s <= kLongestRaw))

@@ -358,6 +358,11 @@ TEST_F(WebApi, TokensDecideWhoReadsAndWrites) {
   EXPECT_EQ(status("GET", "/api/v1/stream"), 401);
   EXPECT_EQ(status("GET", "/api/v1/stream?token=wrong"), 401);
   const auto stream = test::open_stream(server->port(), "?token=" + kReadToken);
+  for (const std::string file :
+       {"axes/x/raw?from=0&to=1&", "alarms/1/evidence.csv?", "alarms/1/report.html?"}) {
+    EXPECT_EQ(status("GET", "/api/v1/" + file + "token=wrong"), 401) << file;
+    EXPECT_EQ(status("GET", "/api/v1/" + file + "token=" + kReadToken), 200) << file;
+  }
 
   EXPECT_EQ(status("POST", "/api/v1/alarms/1/acknowledge", kWho), 401);
   EXPECT_EQ(status("POST", "/api/v1/alarms/1/acknowledge", kWho, bearer("wrong")), 401);

@@ -2,10 +2,10 @@
 // Alarms as a list, and one alarm with all that is known of it.
 import { list, words } from "./report/format.js";
 import { alarmButtons } from "./actions.js";
-import { address, get, part } from "./api.js";
+import { fileLink, get, part } from "./api.js";
 import { grid, h, renew, say, sign } from "./dom.js";
 import { go, link } from "./route.js";
-import { alarmChange, alarmStates, bare, figureOf, isOpen, moment, plural, sentence, severityOf, severityText } from "./words.js";
+import { alarmChange, alarmStates, bare, brief, conditionOf, figureOf, isOpen, moment, plural, sentence, severityOf, severityText } from "./words.js";
 
 const STATES = {
   open: ["Open", isOpen], unacknowledged: ["Not acknowledged", (a) => !a.acknowledged && !a.shelved && !a.suppressed], shelved: ["Shelved", (a) => Boolean(a.shelved)],
@@ -95,7 +95,7 @@ export function alarmView(main, { fleet, alarms, path, reloadAlarms }) {
       const key = JSON.stringify(alarm);
       if (key === state) return;
       state = key;
-      const text = sentence(alarm.text);
+      const text = brief(alarm.text);
       const motion = fleet.axes.get(alarm.axis)?.motion;
       view.title = `${alarm.axis ?? "Installation"}: ${text}`;
       loadEvents();
@@ -103,9 +103,9 @@ export function alarmView(main, { fleet, alarms, path, reloadAlarms }) {
         h("div", { class: `verdict ${{ bad: "bad", warning: "warning", good: "good", off: "none" }[signOf(alarm)]}` }, sign(signOf(alarm)), h("div", {}, h("b", {}, alarm.active ? "Active" : "Cleared"), h("span", {}, alarmStates(alarm).slice(1).join(", "))))),
       alarmButtons(alarm, loadEvents)]);
       const figure = figureOf(alarm.alarm, motion);
-      const [, guess, cause] = /^(?:(likely|possible) cause: )?(.*)$/s.exec(sentence(alarm.cause));
+      const [, guess, cause] = /^(?:(likely|possible) cause: )?(?:cause unknown)?(.*)$/s.exec(sentence(alarm.cause));
       const rows = [
-        ["Change", alarmChange(alarm, motion) || "–"], [guess === "possible" ? "Possible cause" : "Likely cause", cause || "not known"], ["Figure", figure.title], ["Since", moment(alarm.since_time_s)], ["Raised", moment(alarm.raised_time_s)],
+        ["Change", alarmChange(alarm, motion) || "–"], [guess === "possible" ? "Possible cause" : "Likely cause", cause || "not known"], [conditionOf(alarm.alarm) ? "Condition" : "Figure", figure.title], ["Since", moment(alarm.since_time_s)], ["Raised", moment(alarm.raised_time_s)],
         alarm.cleared_time_s ? ["Cleared", moment(alarm.cleared_time_s)] : null,
         alarm.shelved ? ["Shelved", `until ${moment(alarm.shelved.until_time_s)} by ${alarm.shelved.who ?? "?"}: ${alarm.shelved.reason ?? ""}`] : null,
         alarm.suppressed ? ["Suppressed by", words(alarm.suppressed)] : null,
@@ -114,8 +114,8 @@ export function alarmView(main, { fleet, alarms, path, reloadAlarms }) {
       renew(facts.lastElementChild, [rows, alarm.evidence], () => [grid(["Of the alarm", "Value"], rows, { caption: "What is known of the alarm", className: "facts" }),
         h("ul", { class: "links" },
           alarm.axis ? h("li", {}, h("a", { href: link(["axis", alarm.axis], { from: around - 1800, to: (alarm.cleared_time_s ?? alarm.raised_time_s) + 1800, f: bare(alarm.alarm) }) }, "Trend around it")) : null,
-          alarm.evidence ? h("li", {}, h("a", { href: address(`alarms/${part(id)}/evidence.csv`), download: `${id}.csv` }, "Evidence: raw samples as CSV")) : null,
-          alarm.evidence ? h("li", {}, h("a", { href: address(`alarms/${part(id)}/report.html`) }, "Evidence: report of identify")) : h("li", { class: "soft" }, "The raw samples around it are no longer there."))]);
+          alarm.evidence ? h("li", {}, fileLink(`alarms/${part(id)}/evidence.csv`, "Evidence: raw samples as CSV", { download: `${id}.csv` })) : null,
+          alarm.evidence ? h("li", {}, fileLink(`alarms/${part(id)}/report.html`, "Evidence: report of identify")) : h("li", { class: "soft" }, "The raw samples around it are no longer there."))]);
     },
   };
   view.update();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Questions to /api/v1. A write that is refused for want of a token asks the person for it, once more if it was wrong.
 import { askToken } from "./dialogs.js";
+import { h } from "./dom.js";
 
 const BASE = "api/v1/";
 const TOKEN = "resonid-token";
@@ -74,6 +75,16 @@ export const get = (path, signal) => (refused ? ask(path, { signal }) : withToke
 export const post = (path, body) => withToken(() =>
   ask(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) }));
 
-/** Address of something that a link leads to. */
-export const address = (path) => BASE + path;
+/** A link to a file of the interface. Where reading needs a token, it has it for as long as it is followed: not when it is copied. */
+export function fileLink(path, text, attributes = {}) {
+  const address = BASE + path;
+  const link = h("a", {
+    ...attributes, href: address, onclick: () => {
+      if (!readToken()) return;
+      link.href = `${address}${path.includes("?") ? "&" : "?"}token=${encodeURIComponent(readToken())}`;
+      setTimeout(() => { link.href = address; });
+    },
+  }, text);
+  return link;
+}
 export const part = encodeURIComponent;

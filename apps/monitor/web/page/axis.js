@@ -5,11 +5,11 @@ import { axisButtons } from "./actions.js";
 import { get, part } from "./api.js";
 import { alarmLine } from "./alarms.js";
 import { grid, h, mark, renew, say, sign } from "./dom.js";
-import { ageOf, groupOf, isStale } from "./model.js";
+import { ageOf, alarmsOfAxes, groupOf, isAlarmed, isStale, latencyOf } from "./model.js";
 import { responsePart } from "./response.js";
 import { go, link } from "./route.js";
 import { trendsPart } from "./trends.js";
-import { beyondLimit, changeText, count, duration, figureOf, fromInput, GATES, isOpen, latencyText, moment, orderedFigures, sentence, sigmas, stateText, toInput, valueText, verdictText } from "./words.js";
+import { beyondLimit, brief, changeText, count, duration, figureOf, fromInput, GATES, isOpen, latencyText, moment, orderedFigures, sentence, sigmas, stateText, toInput, valueText, verdictText } from "./words.js";
 
 const DETAILS_MS = 5000;
 const CLASS = ["good", "none", "none", "warning", "bad"];
@@ -17,6 +17,8 @@ const SIGN = ["good", "stale", "off", "warning", "bad"];
 
 export function axisView(main, { fleet, alarms, path, query, serverNow }) {
   const name = path[1];
+  /** Drives that are simulated faster than real time are ahead of the clock. */
+  const nowOfAxis = () => Math.max(serverNow(), fleet.axes.get(name)?.time_s ?? 0);
   const verdict = h("div", { class: "verdict none" }, h("span", { class: "icon" }), h("div", {}, h("b", {}), h("span", {})));
   const meta = h("p", { class: "meta" });
   const open = h("div", { class: "axis-alarms" });
@@ -32,14 +34,14 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
       h("thead", {}, h("tr", {}, ["Figure", "Now", "Baseline", "Change", "Limit of change", "Standard deviations"].map((t, i) => h("th", { scope: "col", class: i ? "n" : null }, t)))), figuresBody))), left);
   const response = responsePart(columns);
   const trends = trendsPart(columns, {
-    name, serverNow, setQuery: (change) => { query = { ...query, ...change }; go(["axis", name], query); },
+    name, serverNow: nowOfAxis, setQuery: (change) => { query = { ...query, ...change }; go(["axis", name], query); },
   });
   trends.query(query);
   const gates = h("ul", { class: "gates" });
   const estimator = h("section", {}, h("h2", {}, "What the estimator is doing"), h("p", { class: "explain" }), gates, h("div", {}));
   const samples = h("section", {}, h("h2", {}, "Samples"), h("div", {}));
   const baselines = h("section", {}, h("h2", {}, "Baselines and actions"), axisButtons(name, () => { details(); trends.reload(); }), h("div", {}));
-  columns.append(h("div", { class: "split two" }, estimator, samples), baselines, compareForm(name, serverNow));
+  columns.append(h("div", { class: "split two" }, estimator, samples), baselines, compareForm(name, nowOfAxis));
   const slots = new Map();
   let more = null;
   let asked = -Infinity;
@@ -66,6 +68,9 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
   }
 
   function figureRows(axis) {
+    const open = alarmsOfAxes(alarms).get(name);
+    // Changes are found over time by what the evidence is worth; only some figures have a plain limit.
+    mark(figuresBody.parentElement, "data-no-limit", !Object.values(axis.figures).some((f) => isNumber(f.limit)));
     for (const key of orderedFigures(axis.figures)) {
       const told = axis.figures[key];
       const figure = figureOf(key, axis.motion);
@@ -79,7 +84,7 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
       say(base, isNumber(told.baseline) ? `${significant(told.baseline, 4)}${figure.unit ? " " + prettyUnit(figure.unit) : ""}` : "–");
       const beyond = beyondLimit(told);
       say(change, changeText(figure, told) || "–");
-      mark(change, "data-beyond", beyond);
+      mark(change, "data-beyond", beyond || isAlarmed(open, key));
       say(limit, isNumber(told.limit) ? `±${plain(told.limit, 3)}${figure.unit ? " " + prettyUnit(figure.unit) : ""}${beyond ? ", exceeded" : ""}` : "–");
       say(sigma, sigmas(told) ? significant(sigmas(told), 2) : "–");
     }
@@ -98,7 +103,7 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
     const facts = [
       ["Method", e.method ? words(e.method) : null], ["Memory", isNumber(e.memory_s) ? duration(e.memory_s) : null], ["Learned", isNumber(e.learned_s) ? duration(e.learned_s) : null],
       ["Began with", e.start ? words(e.start) : null], ["Verdict", verdictText(axis.verdict)],
-      ["Controller", more?.loop?.controller ?? null], ["Delay of the loop", isNumber(more?.loop?.delay_s) ? `${plain(1000 * more.loop.delay_s, 3)} ms` : null], ["Configuration", more?.configuration_hash || null],
+      ["Controller", more?.loop?.controller ?? null], ["Delay of the loop", isNumber(more?.loop?.delay_s) ? `${plain(1000 * more.loop.delay_s, 3)} ms` : null], ["Configuration", more?.configuration_hash?.slice(0, 12) || null],
     ].filter(([, v]) => v !== null);
     renew(estimator.lastElementChild, facts, () => [grid(["Estimator", "Value"], facts, { caption: "Settings of the estimator", className: "facts" })]);
   }
@@ -146,10 +151,11 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
       const group = groupOf(axis, now);
       verdict.className = `verdict ${CLASS[group]}`;
       renew(verdict.firstElementChild, SIGN[group], () => [sign(SIGN[group])]);
+      const worst = axis.worst_alarm && (alarmsOfAxes(alarms).get(name)?.[0] ?? axis.worst_alarm);
       say(verdict.querySelector("b"), axis.unacknowledged ? "Alarm" : axis.alarms ? "Alarm, acknowledged" : old ? "No data" : axis.trusted ? "Trusted" : axis.state === "following" ? "Not trusted" : stateText(axis.state));
-      say(verdict.querySelector("b + span"), axis.worst_alarm ? sentence(axis.worst_alarm.text) : (old ? `for ${duration(age)}` : axis.why ?? ""));
-      say(meta, `${stateText(old ? "stale" : axis.state)}; ${age === null ? "no samples yet" : old ? `newest sample ${duration(age)} ago` : `data ${duration(age)} old, latency ${latencyText(axis.seen_latency_s ?? axis.latency_s)}`}`);
-      say(stale, old ? "No samples arrive from this axis: figures and curves below are the last known ones, not those of now." : "");
+      say(verdict.querySelector("b + span"), worst ? brief(worst.text) : (old ? `for ${duration(age)}` : axis.why ?? ""));
+      say(meta, `${stateText(old ? "stale" : axis.state)}; ${age === null ? "no samples yet" : old ? `newest sample ${duration(age)} ago` : `data ${duration(age)} old, latency ${latencyText(latencyOf(axis))}`}`);
+      say(stale, old ? `${document.body.dataset.connection === "broken" ? "The server does not answer" : "No samples arrive from this axis"}: figures and curves below are the last known ones, not those of now.` : "");
       mark(columns, "data-stale", old);
       const mine = [...alarms.values()].filter((a) => a.axis === name && (isOpen(a) || a.shelved || a.suppressed));
       renew(open, mine, () => (mine.length ? [h("section", { class: "open-alarms" }, h("h2", {}, "Alarms"), h("ul", { class: "alarm-list" }, mine.map(alarmLine)))] : []));

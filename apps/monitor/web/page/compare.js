@@ -14,7 +14,7 @@ export function compareView(main, { fleet, path, query, serverNow }) {
   const name = path[1];
   const [a, b] = [Number(query.a), Number(query.b)];
   const result = h("section", { "aria-live": "polite" }, h("h2", {}, "Then and then"), h("p", { class: "explain" }, "Loading …"));
-  main.append(h("p", { class: "crumb" }, h("a", { href: link(["axis", name]) }, `← ${name}`)), h("h1", {}, `${name}: two dates`), result, compareForm(name, serverNow, isNumber(a) ? a : undefined, isNumber(b) ? b : undefined));
+  main.append(h("p", { class: "crumb" }, h("a", { href: link(["axis", name]) }, `← ${name}`)), h("h1", {}, `${name}: two dates`), result, compareForm(name, () => Math.max(serverNow(), fleet.axes.get(name)?.time_s ?? 0), isNumber(a) ? a : undefined, isNumber(b) ? b : undefined));
   const text = result.querySelector("p");
   const load = async () => {
     try {

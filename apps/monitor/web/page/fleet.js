@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The list of all axes, worst first. A row is filled when it comes into view and then kept up to date; what is not seen costs nothing.
 import { h, mark, say, sign } from "./dom.js";
-import { ageOf, FILTERS, groupOf, isStale, matches, mostChanged, worstFirst } from "./model.js";
+import { ageOf, alarmsOfAxes, FILTERS, groupOf, isAlarmed, isStale, latencyOf, matches, mostChanged, worstFirst } from "./model.js";
 import { go, link } from "./route.js";
 import { beyondLimit, changeText, duration, figureOf, latencyText, orderedFigures, plural, sentence, stateText, valueText } from "./words.js";
 
@@ -18,7 +18,8 @@ const TOUCHED_MS = 4000;
 
 const SIGN = ["good", "stale", "off", "warning", "bad"];
 
-export function fleetView(main, { fleet, query }) {
+export function fleetView(main, { fleet, alarms, query }) {
+  let open = new Map();
   let typing = 0;
   let shown = { q: query.q ?? "", show: query.show ?? "all" };
   const search = h("input", {
@@ -128,9 +129,10 @@ export function fleetView(main, { fleet, query }) {
     mark(r.row, "data-stale", stale);
     const age = ageOf(axis, now);
     say(r.state, stale ? `No data for ${duration(age)}` : axis.state === "following" ? (axis.trusted ? "Trusted" : "Not trusted") : stateText(axis.state));
-    say(r.text, axis.worst_alarm ? `${axis.unacknowledged ? "Alarm" : "Acknowledged alarm"}: ${sentence(axis.worst_alarm.text)}` + (axis.alarms > 1 ? ` (and ${axis.alarms - 1} more)` : "")
+    const worst = axis.worst_alarm && (open.get(name)?.[0] ?? axis.worst_alarm);
+    say(r.text, worst ? `${axis.unacknowledged ? "Alarm" : "Acknowledged alarm"}: ${sentence(worst.text)}` + (axis.alarms > 1 ? ` (and ${axis.alarms - 1} more)` : "")
       : axis.trusted && !stale ? "" : axis.why ?? "");
-    say(r.data, stale ? "" : age === null ? "no data yet" : `${duration(age)} old, latency ${latencyText(axis.seen_latency_s ?? axis.latency_s)}`);
+    say(r.data, stale ? "" : age === null ? "no data yet" : `${duration(age)} old, latency ${latencyText(latencyOf(axis))}`);
     fillFigures(r, axis);
   }
 
@@ -153,8 +155,9 @@ export function fleetView(main, { fleet, query }) {
       const figure = figureOf(some[i], axis.motion);
       say(slot.name, figure.title);
       say(slot.value, valueText(figure, told));
-      const beyond = beyondLimit(told);
-      say(slot.change, (changeText(figure, told) || "no baseline") + (beyond ? ", beyond its limit" : ""));
+      const alarmed = isAlarmed(open.get(axis.name), some[i]);
+      const beyond = alarmed || beyondLimit(told);
+      say(slot.change, (changeText(figure, told) || "no baseline") + (beyondLimit(told) ? ", beyond its limit" : alarmed ? ", alarm" : ""));
       mark(slot.change, "data-beyond", beyond);
     });
   }
@@ -209,6 +212,7 @@ export function fleetView(main, { fleet, query }) {
     update: (now, force = false) => {
       if (!force && now - filled < 200) return;
       filled = now;
+      open = alarmsOfAxes(alarms);
       order(now, force);
       for (const name of seen) fill(name, now);
       for (const { id, button, number } of filters) {

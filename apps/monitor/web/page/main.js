@@ -8,7 +8,7 @@ import { axisView } from "./axis.js";
 import { compareView } from "./compare.js";
 import { h, say } from "./dom.js";
 import { fleetView } from "./fleet.js";
-import { Fleet } from "./model.js";
+import { Fleet, troublesOf } from "./model.js";
 import { parse } from "./route.js";
 import { statusView } from "./status.js";
 import { Stream } from "./stream.js";
@@ -17,6 +17,8 @@ import { isOpen, plural, sentence } from "./words.js";
 
 /** All axes are asked for anew this often: what a frame left out, and the clock's difference. */
 const RESYNC_MS = 60000;
+/** The service is asked how it is. */
+const SERVICE_MS = 10000;
 /** Texts and curves change no more often; nobody reads faster. */
 const TICK_MS = 100;
 /** New alarms within this time are told together. */
@@ -49,6 +51,15 @@ async function reloadAlarms() {
     for (const alarm of list((await get("alarms?limit=1000")).alarms)) alarms.set(String(alarm.id), alarm);
   } catch (error) {
     console.warn("alarms:", error.message);
+  }
+}
+
+let troubles = [];
+async function askService() {
+  try {
+    troubles = troublesOf(await get("status"));
+  } catch (error) {
+    console.warn("status:", error.message);
   }
 }
 
@@ -132,7 +143,7 @@ function tick(now) {
   requestAnimationFrame(tick);
   if (now - ticked < TICK_MS) return;
   ticked = now;
-  top.update({ fleet, stream, now: performance.now(), axis: view?.axis });
+  top.update({ fleet, stream, now: performance.now(), axis: view?.axis, troubles });
   view?.update(performance.now());
   const title = `${view?.title ?? ""} – resonid`;
   const open = [...fleet.axes.values()].reduce((n, a) => n + (a.unacknowledged ?? 0), 0);
@@ -143,5 +154,7 @@ function tick(now) {
 watchLayout(main);
 resync();
 setInterval(resync, RESYNC_MS);
+askService();
+setInterval(askService, SERVICE_MS);
 route();
 requestAnimationFrame(tick);

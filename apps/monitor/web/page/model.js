@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What the page knows of the fleet, from the interface's answers and frames. Pure functions and one class without a clock of its own.
-import { isNumber } from "./report/format.js";
-import { severityOf, sigmas } from "./words.js";
+import { isNumber, list, words } from "./report/format.js";
+import { bare, isOpen, severityOf, sigmas } from "./words.js";
 
 /** Without samples for so long an axis counts as stale, whatever the server last said of it. */
 const STALE_S = 5;
@@ -63,6 +63,9 @@ export function isStale(axis, now) {
   return axis.state === "stale" || (axis.state !== "waiting" && age !== null && age > STALE_S);
 }
 
+/** Seconds from the newest sample to this page, or to its estimate; null where the sender's clock is ahead, so that nobody knows. */
+export const latencyOf = (axis) => axis.seen_latency_s ?? (axis.latency_s > 0 ? axis.latency_s : null);
+
 /** Why an axis stands where it does in the list: 4 unacknowledged alarm, 3 alarm, 2 not trusted, 1 no data, 0 well. */
 export function groupOf(axis, now) {
   if (axis.unacknowledged > 0) return 4;
@@ -70,6 +73,23 @@ export function groupOf(axis, now) {
   if (isStale(axis, now) || axis.state === "waiting") return 1;
   return axis.trusted ? 0 : 2;
 }
+
+/** Open alarms of each axis, the worst first; of equals the one that came first, which the others follow from more often than not. */
+export function alarmsOfAxes(alarms) {
+  const all = new Map();
+  for (const alarm of alarms.values()) {
+    if (!alarm.axis || !isOpen(alarm)) continue;
+    if (!all.has(alarm.axis)) all.set(alarm.axis, []);
+    all.get(alarm.axis).push(alarm);
+  }
+  for (const some of all.values()) {
+    some.sort((a, b) => a.acknowledged - b.acknowledged || severityOf(b.severity) - severityOf(a.severity) || (a.raised_time_s ?? 0) - (b.raised_time_s ?? 0));
+  }
+  return all;
+}
+
+/** Whether one of these alarms is about the figure. */
+export const isAlarmed = (open, figure) => (open ?? []).some((a) => a.active && bare(a.alarm) === bare(figure));
 
 /** Worst first: group, severity, name; no figure, whose noise would move rows about. */
 export function worstFirst(axes, now) {
@@ -100,6 +120,13 @@ export function mostChanged(figures) {
     if (s > 0 && (!best || s > best.sigmas)) best = { name, figure, sigmas: s };
   }
   return best;
+}
+
+/** What of the service itself asks for somebody: the store and its sources. */
+export function troublesOf({ store, sources }) {
+  const full = store?.disk_full ? "Disk full: nothing is stored" : store?.failing ? "Nothing can be stored" : store?.over_limit ? "More is stored than may be" : null;
+  return [...(full ? [full] : []),
+    ...list(sources).filter((s) => !["starting", "running", "ended"].includes(s.state)).map((s) => `Source ${s.name} ${words(s.state ?? "").toLowerCase()}`)];
 }
 
 /** For the header: the youngest data and the longest way of those that deliver, alarms, and axes without data. */

@@ -3,7 +3,7 @@
 import { drawChart } from "./report/chart.js";
 import { isNumber, list, percent, prettyUnit, significant } from "./report/format.js";
 import { release } from "./report/plot.js";
-import { get, part } from "./api.js";
+import { fileLink, get, part } from "./api.js";
 import { grid, h, mark, say } from "./dom.js";
 import { tableOnDemand } from "./response.js";
 import { bare, duration, figureOf, fromInput, moment, orderedFigures, toInput } from "./words.js";
@@ -132,7 +132,7 @@ export function trendsPart(root, { name: axis, setQuery, serverNow }) {
       toField.value = toInput(to);
     }
     if (to - from > LONGEST_RAW_S + 1) evidence.replaceChildren("Raw samples can be had for an hour at most: zoom in.");
-    else evidence.replaceChildren(h("a", { href: `api/v1/axes/${part(axis)}/raw?from=${from.toFixed(3)}&to=${to.toFixed(3)}`, download: `${axis}.csv` }, "Raw samples of this time as CSV"));
+    else evidence.replaceChildren(fileLink(`axes/${part(axis)}/raw?from=${from.toFixed(3)}&to=${to.toFixed(3)}`, "Raw samples of this time as CSV", { download: `${axis}.csv` }));
   }
 
   async function fetchNow() {

@@ -16,17 +16,24 @@ const LINEAR = {
 };
 const ORDER = Object.keys(FIGURES);
 const SUFFIX = /_(hz|deg|nm_per_rad|nm_rad|kgm2|nms_per_rad|nm)$/;
-/** The name of a figure without its unit: alarms ("phase-margin") and values ("phase_margin_deg") have it in common. */
-export const bare = (name) => String(name).replace(/-/g, "_").replace(SUFFIX, "");
+/** The name of a figure without its unit: alarms ("phase-margin", "phase-margin-limit") and values ("phase_margin_deg") have it in common. */
+export const bare = (name) => String(name).replace(/-/g, "_").replace(/_limit$/, "").replace(SUFFIX, "");
+/** What an alarm is about, where that is no figure. */
+const CONDITIONS = { data: "Samples are missing or faulty", stale: "No samples come", estimate: "Nothing is trusted although the drive is excited", controller: "Another controller runs" };
+export const conditionOf = (alarm) => CONDITIONS[alarm] ?? null;
 
 /** What is known of a figure by its name in the interface ("resonance_hz"). */
 export function figureOf(name, motion = "rotary") {
+  if (CONDITIONS[name]) return { name, title: CONDITIONS[name], unit: "", relative: false };
   const [title, unit, relative = true] = (motion === "linear" ? LINEAR[bare(name)] : null) ?? FIGURES[bare(name)] ?? [words(bare(name)), "", false];
   return { name, title, unit, relative: relative && bare(name) !== "load_torque" };
 }
 
 /** A sentence of the service, which writes in ASCII: "5.1 +- 0.4 kgm2 (1 -> 2)". */
 export const sentence = (text) => powers(String(text ?? "")).replaceAll(" -> ", " → ");
+
+/** What changed and how much, without since when and why. */
+export const brief = (text) => sentence(text).replace(/ since \d{4}-.*$/s, "");
 
 /** Figures of an axis in the order in which they are always shown. */
 export function orderedFigures(figures) {
@@ -138,7 +145,10 @@ export function alarmStates(alarm) {
   if (!alarm.acknowledged) out.push("not acknowledged");
   else out.push("acknowledged");
   if (alarm.latched) out.push("latched until reset");
-  if (alarm.shelved) out.push(isNumber(alarm.shelved.until_time_s) ? `shelved until ${moment(alarm.shelved.until_time_s, false)}` : "shelved");
+  if (alarm.shelved) {
+    const { until_time_s: until, who, reason } = alarm.shelved;
+    out.push(`shelved${isNumber(until) ? ` until ${moment(until, false)}` : ""}${who ? ` by ${who}` : ""}${reason ? `: ${reason}` : ""}`);
+  }
   if (alarm.suppressed) out.push(`suppressed: ${words(alarm.suppressed).toLowerCase()}`);
   return out;
 }
