@@ -45,5 +45,6 @@ if(TARGET resonid_c)
 endif()
 if(TARGET resonid_cli)
   install(DIRECTORY "${RESONID_HELP_FILES}/share/" DESTINATION "${CMAKE_INSTALL_DATADIR}" COMPONENT program)  # completions and man pages
+  install(FILES "${PROJECT_SOURCE_DIR}/apps/monitor/systemd/resonid-monitor.service" DESTINATION lib/systemd/system COMPONENT program)
   install(TARGETS resonid_cli resonid_reproduce RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT program)
 endif()

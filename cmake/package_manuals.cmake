@@ -1,4 +1,5 @@
-# Run by CPack between installing and packing: Debian wants manual pages compressed, and zsh's completions in vendor-completions only.
+# Run by CPack between installing and packing: Debian wants manual pages compressed, zsh's completions in vendor-completions
+# only, and units of systemd in /lib (Debian 12).
 file(GLOB_RECURSE pages "${CPACK_TEMPORARY_DIRECTORY}/*/usr/share/man/*.1")
 foreach(page IN LISTS pages)
   execute_process(COMMAND gzip -9n "${page}" COMMAND_ERROR_IS_FATAL ANY)
@@ -7,3 +8,14 @@ file(GLOB folders "${CPACK_TEMPORARY_DIRECTORY}/*/usr/share/zsh/site-functions")
 if(folders)
   file(REMOVE_RECURSE ${folders})
 endif()
+file(GLOB programs "${CPACK_TEMPORARY_DIRECTORY}/*/usr/lib/systemd")
+foreach(folder IN LISTS programs)
+  cmake_path(SET root NORMALIZE "${folder}/../../../lib")
+  file(MAKE_DIRECTORY "${root}")
+  file(RENAME "${folder}" "${root}/systemd")
+  cmake_path(GET folder PARENT_PATH emptied)
+  file(GLOB others "${emptied}/*")
+  if(NOT others)
+    file(REMOVE_RECURSE "${emptied}")
+  endif()
+endforeach()

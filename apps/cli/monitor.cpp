@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <pthread.h>
 
 #include <CLI/App.hpp>
 #include <csignal>
 #include <cstdlib>
-#include <ctime>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <resonid/base/error_text.hpp>
@@ -19,10 +16,10 @@
 #include "monitor/service/configuration.hpp"
 #include "monitor/service/install.hpp"
 #include "monitor/service/log.hpp"
-#include "monitor/service/notify.hpp"
 #include "monitor/service/replay.hpp"
-#include "monitor/service/service.hpp"
+#include "monitor_discover.hpp"
 #include "monitor_replay.hpp"
+#include "monitor_run.hpp"
 #include "options.hpp"
 #include "output.hpp"
 #include "terminal.hpp"
@@ -36,22 +33,13 @@ constexpr const char* kUsualAddress = "127.0.0.1:8080";
 struct MonitorVerbOptions {
   std::string configuration, data, listen;
   ReplayOptions replay;
+  DiscoverOptions discover;
   std::optional<double> speed;
   std::optional<monitor::LogLevel> log_level;
   bool demo = false, check = false, schema = false;
 
   [[nodiscard]] bool replays() const { return !replay.follow.record.record.empty(); }
 };
-
-/// Findings of a configuration on standard error; refuses one that cannot run.
-monitor::Configuration configuration_of(const std::string& path) {
-  auto file = monitor::read_configuration(path);
-  for (const auto& w : file.findings.warnings) print_error(fmt::format("warning: {}\n", message_of(w)));
-  if (file.usable()) return std::move(file.configuration);
-  std::string all;
-  for (const auto& e : file.findings.errors) all += (all.empty() ? "" : "\n") + message_of(e);
-  throw InputError(all);
-}
 
 void refuse_contradictions(const CLI::App& verb, const MonitorVerbOptions& o) {
   if (o.demo && !o.configuration.empty())
@@ -87,50 +75,11 @@ class TemporaryFolder {
   std::string path_;
 };
 
-/// Waits for a signal that ends the service, and lets the watchdog of systemd hear of it meanwhile. 0: it has
-/// `ended` by itself, which is asked from time to time.
-int wait_for_end(const sigset_t& signals, double every_s, const std::function<bool()>& ended) {
-  const auto seconds = static_cast<time_t>(every_s);
-  const timespec wait{seconds, static_cast<long>(1e9 * (every_s - static_cast<double>(seconds)))};
-  while (!ended()) {
-    const int signal = sigtimedwait(&signals, nullptr, &wait);
-    if (signal == SIGINT || signal == SIGTERM) return signal;
-    monitor::notify("WATCHDOG=1");
-  }
-  return 0;
-}
-
 void listen_at(monitor::Installation& installation, const std::string& address) {
   const auto at = monitor::endpoint(address, 0);
   if (!at) throw UsageError("--listen: " + message_of(at.error()));
   installation.web.listening.address = at->host;
   installation.web.listening.port = at->port;
-}
-
-/// Blocked before any thread begins: all of them leave these to the one that waits.
-sigset_t block_signals() {
-  sigset_t signals;
-  sigemptyset(&signals);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&signals, signal);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  ::signal(SIGPIPE, SIG_IGN);  // TLS writes to connections that brokers and clients have closed
-  return signals;
-}
-
-std::unique_ptr<monitor::Service> started(monitor::Installation installation, bool quiet) {
-  auto service = monitor::Service::start(std::move(installation));
-  if (!service) throw InputError(message_of(service.error()));
-  if (!quiet) print(fmt::format("Monitoring: {} (Ctrl-C ends)\n", (*service)->url()));
-  monitor::notify("READY=1");
-  return std::move(*service);
-}
-
-void run_service(monitor::Installation installation) {
-  const sigset_t signals = block_signals();
-  const auto service = started(std::move(installation), output_settings().quiet);
-  wait_for_end(signals, 0.5 * monitor::watchdog_s().value_or(2.0), [] { return false; });
-  monitor::notify("STOPPING=1");
-  service->stop();
 }
 
 void run_demo(const MonitorVerbOptions& o) {
@@ -156,7 +105,7 @@ void run_replay(monitor::Replay replay, const MonitorVerbOptions& o) {
   listen_at(installation, !o.listen.empty() ? o.listen : ends ? "127.0.0.1:0" : kUsualAddress);
   if (rows) installation.engine.on_row = [&rows](std::size_t, const auto& axis) { rows->add(axis); };
   const auto service = started(std::move(installation), quiet);
-  const int signal = wait_for_end(signals, kLook_s, [&] { return ends && service->finished(); });
+  const int signal = wait_for_signal(signals, kLook_s, [&] { return ends && service->finished(); });
   service->stop();
   if (!ends) return;
   if (signal != 0) throw InterruptedError(signal);
@@ -166,23 +115,22 @@ void run_replay(monitor::Replay replay, const MonitorVerbOptions& o) {
 }
 
 void run_monitor(CLI::App& verb, MonitorVerbOptions& o) {
+  refuse_without_discovery(verb, o.discover);
+  if (!o.discover.url.empty()) return run_discover(o.discover);
   refuse_contradictions(verb, o);
   const bool few = output_settings().quiet || o.replays();
   monitor::set_log_level(o.log_level.value_or(few ? monitor::LogLevel::error : monitor::LogLevel::info));
   if (o.schema) return print(monitor::configuration_document());
   if (o.demo) return run_demo(o);
+  const ConfiguredRun run{o.configuration, o.data, o.listen};
   std::optional<monitor::Configuration> configuration;
-  if (!o.configuration.empty()) configuration = configuration_of(o.configuration);
+  if (!o.configuration.empty()) configuration = configuration_of(run);
   if (o.check)
     return print(fmt::format("{}: {} axes, {} sources: nothing to object\n", o.configuration,
                              configuration->axes.tables.size(), configuration->sources.tables.size()));
   if (o.replays())
     return run_replay(read_replay(verb, o.replay, configuration ? &*configuration : nullptr), o);
-  if (!o.data.empty()) configuration->monitor.data = std::filesystem::absolute(o.data).string();
-  if (!o.listen.empty()) configuration->monitor.listen = o.listen;
-  auto installation = monitor::installation_of(*configuration, RESONID_VERSION);
-  if (!installation) throw InputError(message_of(installation.error()));
-  run_service(std::move(*installation));
+  run_configured(run, std::move(*configuration));
 }
 
 }  // namespace
@@ -197,12 +145,14 @@ void add_monitor(CLI::App& app) {
       "  resonid monitor monitor.toml --check\n"
       "  resonid monitor monitor.toml\n"
       "  resonid monitor --schema\n"
+      "  resonid monitor --discover mqtt://broker:1883 > monitor.toml\n"
       "  resonid monitor --replay belt.csv --controller pi:1.036,0.147 --delay 0.004\n"
       "  resonid monitor monitor.toml --axis gantry-x --replay monday.csv --rows rows.csv\n"
       "--demo runs simulated drives, of which one belt loosens after three minutes (--speed 20: after nine "
       "seconds). What a configuration may hold: docs/monitor_configuration.md, or --schema. Ctrl-C and "
-      "SIGTERM end "
-      "the service; what was learned and seen is kept in the data folder.\n"
+      "SIGTERM end the service, SIGHUP makes it read its configuration again; what was learned and seen is "
+      "kept in the data folder.\n"
+      "--discover prints what a broker, a port or a file carries, and a configuration of it.\n"
       "--replay gives the rows that 'track --long-term' gives of the same recording, with its --every, and "
       "the alarms that there would have been. It keeps nothing.");
   const auto o = std::make_shared<MonitorVerbOptions>();
@@ -222,6 +172,7 @@ void add_monitor(CLI::App& app) {
   add_enum(*verb, "--log-level", o->log_level,
            "what is said on standard error while it runs; otherwise info, with --replay or --quiet error",
            "");
+  add_discover_options(*verb, o->discover);
   add_replay_options(*verb, o->replay);
   verb->callback([verb, o] { run_monitor(*verb, *o); });
 }

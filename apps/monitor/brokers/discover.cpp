@@ -5,6 +5,7 @@
 #include <mosquitto.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <mutex>
 #include <thread>
@@ -15,43 +16,12 @@
 namespace resonid::monitor {
 namespace {
 
-constexpr std::size_t kMostSeen = 10'000;
 constexpr std::uint64_t kNewest = 100;  // messages of a stream that are looked at
 constexpr auto kTick = std::chrono::milliseconds(50);
 constexpr double kNanosecond_s = 1e-9;
 
 double now_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-/// Most particular first: everything that is text may be CSV.
-constexpr PayloadFormat kGuesses[] = {PayloadFormat::frame, PayloadFormat::json, PayloadFormat::line_protocol,
-                                      PayloadFormat::csv};
-
-bool may_be(PayloadFormat format, std::string_view payload) {
-  switch (format) {
-    case PayloadFormat::frame:
-      return payload.substr(0, 4) == "RSN1";
-    case PayloadFormat::json:
-      return !payload.empty() && (payload.front() == '{' || payload.front() == '[');
-    case PayloadFormat::line_protocol:
-      return payload.find('=') != std::string_view::npos;
-    case PayloadFormat::csv:
-      break;
-  }
-  return true;
-}
-
-/// Names for the numbers of a line that has none.
-std::vector<std::string> numbered_columns(std::string_view payload) {
-  const std::string_view line = payload.substr(0, payload.find('\n'));
-  const bool blanks = line.find_first_of(",;\t") == std::string_view::npos;
-  const auto separators = std::count_if(line.begin(), line.end(), [&](char c) {
-    return blanks ? c == ' ' : c == ',' || c == ';' || c == '\t';
-  });
-  std::vector<std::string> names;
-  for (std::ptrdiff_t k = 0; k <= separators; ++k) names.push_back(fmt::format("column {}", k + 1));
-  return names;
 }
 
 void look(double seconds, const KeepLooking& keep) {
@@ -102,72 +72,6 @@ void look_at_streams(natsConnection* connection, std::string_view filter, Scout&
 
 }  // namespace
 
-void Scout::add(std::string_view name, std::string_view stream, std::string_view payload, double time_s) {
-  const Key key{std::string(stream), std::string(name), {}};
-  for (const PayloadFormat format : kGuesses)
-    if (may_be(format, payload) && read(format, key, payload, time_s)) return;
-  if (seen_.size() >= kMostSeen && seen_.count(key) == 0) return;
-  Seen& seen = seen_[key];
-  seen.what.name = key.name;
-  seen.what.stream = key.stream;
-  ++seen.what.messages;
-}
-
-bool Scout::read(PayloadFormat format, const Key& key, std::string_view payload, double time_s) {
-  bool any = false;
-  const auto with = [&](std::vector<std::string> columns) {
-    FaultLog faults;
-    TopicSettings settings;
-    settings.format = format;
-    settings.columns = std::move(columns);
-    MessageReader(settings, faults).read(payload, [&](const Arrival& arrival) {
-      if (arrival.samples() == 0 || std::all_of(arrival.values.begin(), arrival.values.end(),
-                                                [](double value) { return !(value == value); }))
-        return;
-      Key found = key;
-      found.axis = arrival.axis;
-      note(format, std::move(found), arrival, time_s);
-      any = true;
-    });
-  };
-  with({});
-  if (!any && format == PayloadFormat::csv) with(numbered_columns(payload));
-  return any;
-}
-
-void Scout::note(PayloadFormat format, Key key, const Arrival& arrival, double time_s) {
-  const auto known = seen_.find(key);
-  if (known == seen_.end() && seen_.size() >= kMostSeen) return;
-  Seen& seen = known == seen_.end() ? seen_[key] : known->second;
-  if (seen.what.messages == 0) {
-    seen.what.name = key.name;
-    seen.what.stream = key.stream;
-    seen.what.axis = key.axis;
-    seen.first_s = time_s;
-  } else if (time_s > seen.first_s) {
-    seen.samples_after_first += arrival.samples();
-  }
-  seen.last_s = time_s;
-  seen.what.format = format;
-  seen.what.columns.assign(arrival.columns.begin(), arrival.columns.end());
-  ++seen.what.messages;
-  seen.what.samples += arrival.samples();
-  seen.what.told_rate_hz = arrival.sample_rate_hz;
-  seen.what.numbered = arrival.first_sample.has_value();
-  seen.what.timed = arrival.time_ns.has_value();
-}
-
-std::vector<Discovered> Scout::found() const {
-  std::vector<Discovered> all;
-  for (const auto& [key, seen] : seen_) {
-    all.push_back(seen.what);
-    if (seen.last_s > seen.first_s)
-      all.back().measured_rate_hz =
-          static_cast<double>(seen.samples_after_first) / (seen.last_s - seen.first_s);
-  }
-  return all;
-}
-
 expected<std::vector<Discovered>, Error> discover_mqtt(MqttSettings broker, const std::string& filter,
                                                        double seconds, const KeepLooking& keep) {
   if (filter.empty() || mosquitto_sub_topic_check(filter.c_str()) != MOSQ_ERR_SUCCESS)
@@ -176,6 +80,7 @@ expected<std::vector<Discovered>, Error> discover_mqtt(MqttSettings broker, cons
   Scout scout;
   std::string why = "no connection";
   bool connected = false;
+  std::atomic<bool> failed{false};
   broker.client_id.clear();  // nobody's session is disturbed
   MqttClient* subscriber = nullptr;
   MqttClient::Handlers handlers;
@@ -186,6 +91,7 @@ expected<std::vector<Discovered>, Error> discover_mqtt(MqttSettings broker, cons
   handlers.waiting = [&](const std::string& text) {
     const std::lock_guard lock(mutex);
     why = text;
+    failed = !connected;
   };
   handlers.message = [&](std::string_view topic, std::string_view payload) {
     const std::lock_guard lock(mutex);
@@ -194,7 +100,7 @@ expected<std::vector<Discovered>, Error> discover_mqtt(MqttSettings broker, cons
   MqttClient client(std::move(broker), std::move(handlers));
   subscriber = &client;
   if (const auto started = client.start(); !started) return unexpected(started.error());
-  look(seconds, keep);
+  look(seconds, [&] { return !failed && keep(); });
   client.stop();
   if (!connected) return unexpected<Error>(Error{"mqtt", why});
   return scout.found();

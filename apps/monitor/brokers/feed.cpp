@@ -75,12 +75,14 @@ MessageReader& Feed::reader(std::size_t topic, std::string_view name, Intake* in
       .first->second;
 }
 
-Intake* Feed::find(std::optional<std::string_view> by_topic, std::string_view by_message) const {
+Intake* Feed::find(std::string_view name, std::optional<std::string_view> by_topic,
+                   std::string_view by_message) const {
   if (by_topic && !by_message.empty())
     if (Intake* both = axes_.find(fmt::format("{}{}{}", *by_topic, syntax_.separator, by_message)))
       return both;
   if (by_topic) return axes_.find(*by_topic);
   if (!by_message.empty()) return axes_.find(by_message);
+  if (Intake* const named = axes_.find(name)) return named;
   return axes_.all().size() == 1 ? axes_.all().front() : nullptr;
 }
 
@@ -106,7 +108,7 @@ bool Feed::take(std::size_t topic, std::string_view name, std::string_view paylo
   bool unknown = false, taken = true;
   reader(topic, name, of_topic).read(payload, [&](const Arrival& arrival) {
     if (!taken) return;
-    Intake* const intake = find(by_topic, arrival.axis.empty() ? settings.axis : arrival.axis);
+    Intake* const intake = find(name, by_topic, arrival.axis.empty() ? settings.axis : arrival.axis);
     if (position.told()) ++position.word[3];  // frames are counted; lines tell their bytes
     if (intake != nullptr) {
       taken = deliver(*intake, arrival, position);

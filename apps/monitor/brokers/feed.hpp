@@ -65,7 +65,8 @@ class MessageReader {
 /// Gives the samples of messages to the intakes of their axes, and counts.
 ///
 /// The axis is what the topic and the message tell, joined by the separator ("m1/x"), where an axis of that
-/// name is configured; else what the topic tells; without wildcard what the message tells.
+/// name is configured; else what the topic tells; without wildcard what the message tells, or where it does
+/// not, the whole topic, or the only one that is configured.
 class Feed {
  public:
   Feed(Axes& axes, std::vector<TopicSettings> topics, TopicSyntax syntax);
@@ -91,7 +92,8 @@ class Feed {
   using Readers = std::map<std::string, MessageReader, std::less<>>;
 
   [[nodiscard]] MessageReader& reader(std::size_t topic, std::string_view name, Intake* intake);
-  [[nodiscard]] Intake* find(std::optional<std::string_view> by_topic, std::string_view by_message) const;
+  [[nodiscard]] Intake* find(std::string_view name, std::optional<std::string_view> by_topic,
+                             std::string_view by_message) const;
   [[nodiscard]] bool deliver(Intake& intake, const Arrival& arrival, const SourcePosition& position);
 
   Axes& axes_;

@@ -192,7 +192,7 @@ std::optional<Intake::Place> Intake::place_of(const Arrival& arrival, std::uint6
     return std::nullopt;
   }
   place.sample = first + skipped + place.offset;
-  if (ring_.end() == 0 || place.sample >= next) return place;
+  if (place.sample >= next) return place;
   const std::uint64_t samples = arrival.samples() - skipped;
   if (restarts(place, samples, numbered_by_source)) {
     // More than a second, so that nobody takes the samples before and after it for consecutive ones.

@@ -13,6 +13,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <limits>
 #include <string_view>
 #include <system_error>
@@ -76,6 +77,16 @@ RingSettings settings_of(const RingHeader& header) {
   for (std::size_t c = 0; c < std::min<std::size_t>(header.channels, kRingChannels); ++c)
     settings.channels.push_back(field_text(header.names[c]));
   return settings;
+}
+
+/// Those of a file that is a ring.
+std::optional<RingSettings> settings_in(const std::filesystem::path& path) {
+  RingHeader header{};
+  std::ifstream file(path, std::ios::binary);
+  if (!file.read(reinterpret_cast<char*>(&header), sizeof header)) return std::nullopt;
+  if (std::string_view(header.magic.data(), header.magic.size()) != kMagic) return std::nullopt;
+  if (header.checksum != checksum_of(header)) return std::nullopt;
+  return settings_of(header);
 }
 
 std::string in_words(const RingSettings& settings) {
@@ -174,6 +185,28 @@ expected<std::unique_ptr<Ring>, Error> Ring::open(const std::filesystem::path& p
   if (auto mapped = ring->map(bytes); !mapped) return unexpected<Error>(mapped.error());
   if (auto restored = ring->restore(); !restored) return unexpected<Error>(restored.error());
   return ring;
+}
+
+expected<std::unique_ptr<Ring>, Error> Ring::open_or_renew(const std::filesystem::path& path,
+                                                           const RingSettings& settings, bool& renewed) {
+  const auto there = settings_in(path);
+  renewed = there && *there != settings;
+  if (!renewed) return open(path, settings);
+  const auto old = open(path, *there);
+  if (!old) return unexpected<Error>(old.error());
+  auto fresh = path;
+  fresh += ".new";
+  std::error_code code;
+  std::filesystem::remove(fresh, code);
+  auto made = open(fresh, settings);
+  if (!made) return made;
+  (*made)->put_anchor((*old)->next_sample(), std::nullopt);
+  (*made)->commit((*old)->source(), (*old)->sender_offset());
+  std::filesystem::rename(fresh, path, code);
+  if (code)
+    return (*made)->failed(fmt::format("cannot take the place of '{}': {}", path.string(), code.message()));
+  (*made)->path_ = path;
+  return made;
 }
 
 /// A new file. Its magic is written first as that of an unfinished one and last as that of a ring.

@@ -52,6 +52,12 @@ class Ring {
   /// another Ring) uses it, it is no ring, is damaged or of other settings.
   [[nodiscard]] static expected<std::unique_ptr<Ring>, Error> open(const std::filesystem::path& path,
                                                                    const RingSettings& settings);
+  /// As open(). A ring of other settings is replaced by an empty one, which `renewed` says: its next sample
+  /// has the index that was due, and source and sender go on where they were. A process that is killed leaves
+  /// the one or the other.
+  [[nodiscard]] static expected<std::unique_ptr<Ring>, Error> open_or_renew(const std::filesystem::path& path,
+                                                                            const RingSettings& settings,
+                                                                            bool& renewed);
   Ring(const Ring&) = delete;
   Ring& operator=(const Ring&) = delete;
   ~Ring();

@@ -259,7 +259,7 @@ expected<void, Error> check(const AxisConfig& c) {
 }
 
 ConfigurationFile parse_configuration(std::string_view text, std::string_view source,
-                                      const std::filesystem::path& folder) {
+                                      const std::filesystem::path& folder, const Adjust& adjust) {
   ConfigurationFile file;
   const auto table = io::parse_toml(text, source);
   auto read = table ? io::read_described<Configuration>(*table, source) : unexpected(table.error());
@@ -269,15 +269,16 @@ ConfigurationFile parse_configuration(std::string_view text, std::string_view so
   }
   file.configuration = std::move(*read);
   file.configuration.folder = folder;
+  if (adjust) adjust(file.configuration);
   file.findings = check(file.configuration);
   for (auto* list : {&file.findings.errors, &file.findings.warnings, &file.findings.notes})
     for (auto& finding : *list) finding = io::placed(*table, source, std::move(finding));
   return file;
 }
 
-ConfigurationFile read_configuration(const std::filesystem::path& path) {
+ConfigurationFile read_configuration(const std::filesystem::path& path, const Adjust& adjust) {
   const auto text = io::read_experiment_text(path);
-  if (text) return parse_configuration(*text, path.string(), path.parent_path());
+  if (text) return parse_configuration(*text, path.string(), path.parent_path(), adjust);
   ConfigurationFile file;
   file.findings.errors.push_back(text.error());
   return file;

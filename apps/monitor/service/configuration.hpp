@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <monitoring/alarm_settings.hpp>
 #include <monitoring/axis_spec.hpp>
 #include <optional>
@@ -369,11 +370,15 @@ struct ConfigurationFile {
 
   [[nodiscard]] bool usable() const noexcept { return findings.errors.empty(); }
 };
+/// Sets what is told elsewhere than in the file, before it is checked.
+using Adjust = std::function<void(Configuration&)>;
 /// A configuration and what check() finds. What is no such file is one error.
-[[nodiscard]] ConfigurationFile read_configuration(const std::filesystem::path& path);
+[[nodiscard]] ConfigurationFile read_configuration(const std::filesystem::path& path,
+                                                   const Adjust& adjust = {});
 /// As above for a text in memory; `source` stands for the file name in messages.
 [[nodiscard]] ConfigurationFile parse_configuration(std::string_view text, std::string_view source,
-                                                    const std::filesystem::path& folder);
+                                                    const std::filesystem::path& folder,
+                                                    const Adjust& adjust = {});
 
 /// A name as axes and sources may have, made of any text; short enough for a number behind it.
 [[nodiscard]] std::string axis_name(std::string_view text);
@@ -418,29 +423,26 @@ inline constexpr std::size_t kShortestToken = 16;
 /// SHA-256 of one of these texts, 64 hexadecimal digits.
 [[nodiscard]] std::string configuration_digest(std::string_view text);
 
-/// What a changed key asks for.
-enum class Effect : std::uint8_t {
-  at_once,     ///< Counts from now on.
-  new_source,  ///< The source is opened anew; axes go on with what they know.
-  new_axis,    ///< The axis begins anew.
-  restart,     ///< Counts at the next start of the service only.
+/// A key of a configuration as it was read.
+struct ConfigurationKey {
+  std::string path;           ///< "axis.x.delay_s"
+  std::string value;          ///< As in TOML.
+  std::string digest;         ///< Of the file that it names, where another content is another configuration.
+  bool learned_from = false;  ///< The axis begins anew where it differs, or all of them.
 };
-inline constexpr EnumName<Effect> kEffectNames[] = {{Effect::at_once, "at once"},
-                                                    {Effect::new_source, "opens the source anew"},
-                                                    {Effect::new_axis, "the axis begins anew"},
-                                                    {Effect::restart, "needs a restart"}};
-[[nodiscard]] constexpr std::span<const EnumName<Effect>> enum_names(Effect) noexcept { return kEffectNames; }
+/// All keys, and what is in the files that they name.
+[[nodiscard]] std::vector<ConfigurationKey> configuration_keys(const Configuration& configuration);
 
 struct ConfigurationChange {
-  std::string path;           ///< "axis.x.delay_s"
-  std::string before, after;  ///< As in TOML; empty: not there.
-  Effect effect = Effect::restart;
+  std::string path;
+  std::string before, after;  ///< As in TOML; empty: not there. The same: what the file holds has changed.
+  bool begins_anew = false;   ///< The axis, or all of them; else axes go on with what they have learned.
 
   friend bool operator==(const ConfigurationChange&, const ConfigurationChange&) = default;
 };
-/// Every key that differs, in the order of the file; all but those that need a restart can be taken over
-/// while the service runs.
-[[nodiscard]] std::vector<ConfigurationChange> changes(const Configuration& from, const Configuration& to);
+/// Every key that differs, in the order of `to`, then those that are gone.
+[[nodiscard]] std::vector<ConfigurationChange> changes(std::span<const ConfigurationKey> from,
+                                                       std::span<const ConfigurationKey> to);
 
 /// docs/monitor_configuration.md: every table and key with type, default, range, unit and where it applies.
 [[nodiscard]] std::string configuration_document();

@@ -8,6 +8,7 @@
 
 #include "io/described_text.hpp"
 #include "io/schema.hpp"
+#include "io/toml_text.hpp"
 #include "monitor/service/configuration.hpp"
 
 namespace resonid::monitor {
@@ -25,6 +26,11 @@ bool is_of_axis(const std::string& path, const std::string& axis) {
 /// "alarms.stiffness.low" of "axis.x.alarms.stiffness.low": the name may hold dots, tables of an axis not.
 std::string_view key_in_axis(std::string_view path, std::string_view axis) {
   return path.substr(std::string_view("axis.").size() + axis.size() + 1);
+}
+
+/// Whether what an axis has learned depends on this key of it.
+bool is_learned(std::string_view key) {
+  return key != "source" && key != "channel" && !key.starts_with("alarms.");
 }
 
 /// All keys, files with their digests as comments.
@@ -57,32 +63,25 @@ std::string text_of_axis(const Configuration& configuration, const std::string& 
     if (key.path == kOfTheRows) return false;
     if (!is_of_axis(key.path, axis)) return true;
     if (!learning_only) return false;
-    const auto own = key_in_axis(key.path, axis);
-    return own == "source" || own == "channel" || own.starts_with("alarms.");
+    return !is_learned(key_in_axis(key.path, axis));
   });
   return io::toml_of(keys);
 }
 
-/// What a key of [monitor] asks for.
-Effect effect_of_service(std::string_view path) {
-  if (path == kOfTheRows) return Effect::new_axis;
-  return path == "monitor.false_alarm_interval_s" ? Effect::at_once : Effect::restart;
+/// Whether an axis, or all of them, begin anew where a key differs.
+bool is_learned_from(const std::string& path, const Configuration& configuration) {
+  if (path == kOfTheRows || path == "monitor.data") return true;
+  std::string_view axis;  // the longest name that fits
+  for (const auto& [name, config] : configuration.axes.tables)
+    if (is_of_axis(path, name) && name.size() > axis.size()) axis = name;
+  return !axis.empty() && is_learned(key_in_axis(path, axis));
 }
 
-Effect effect_of(const std::string& path, const Configuration& from, const Configuration& to) {
-  if (path.starts_with("monitor.")) return effect_of_service(path);
-  if (path.starts_with("source.")) return Effect::new_source;
-  if (!path.starts_with("axis.")) return Effect::at_once;
-  std::string_view axis;  // the longest name that fits
-  for (const auto* configuration : {&from, &to})
-    for (const auto& [name, config] : configuration->axes.tables)
-      if (is_of_axis(path, name) && name.size() > axis.size()) axis = name;
-  const auto key = key_in_axis(path, axis);
-  const bool in_both =
-      from.axes.tables.contains(std::string(axis)) && to.axes.tables.contains(std::string(axis));
-  if (!in_both) return Effect::new_axis;
-  if (key == "source" || key == "channel") return Effect::new_source;
-  return key.starts_with("alarms.") ? Effect::at_once : Effect::new_axis;
+/// The file that a key names whose value is not a part of the configuration: a token, a certificate.
+std::string file_in(const io::DescribedKey& key) {
+  if (!key.key.ends_with("_file")) return {};
+  const auto table = io::parse_toml("file = " + key.value, key.path);
+  return table ? (*table)["file"].value_or(std::string()) : std::string();
 }
 
 struct MonitorChecks {
@@ -147,15 +146,19 @@ and column, what was found and what is required. The service does not start with
 
 ## What can change while it runs
 
-SIGHUP, or `systemctl reload`, reads the file again. If it has an error, nothing changes.
+SIGHUP, or `systemctl reload`, reads the file again, and the files that it names: certificates and tokens that were renewed
+are taken over, too. If there is an error, it is told and nothing changes; without a change that is said. Else each change is told and the
+service stops and starts again within its process, which takes a second or two: history is kept, pages connect again by
+themselves, and of the samples of that time each source keeps its [promise](monitor_sources.md). If it cannot start with the
+new configuration (a port in use), it goes on with the former one and says why.
 
-| keys | taken over |
+| what has changed | the axes |
 |---|---|
-| `[retention]`, `[publish]`, `[alarms]`, `alarms` of an axis | at once |
-| `false_alarm_interval_s` | at once, by what is learned from then on |
-| `[source.NAME]`, `source` and `channel` of an axis | at once; the source is opened anew, axes go on with what they know |
-| `row_every_s`, and everything else of an `[axis.NAME]`, axes that come or go | at once; the axis begins anew |
-| everything else of `[monitor]` | at the next start |
+| `[retention]`, `[publish]`, `[source.NAME]`, `[monitor]` but for the two below | go on with what they have learned |
+| `[alarms]`, `alarms`, `source` and `channel` of an axis | go on with what they have learned |
+| `false_alarm_interval_s`, the number of axes | the same; it counts for what is learned from then on |
+| `row_every_s`, `data` | all begin anew |
+| everything else of an `[axis.NAME]`, what the files that it names hold | this axis begins anew; with another rate, length or number of columns the ring of raw samples does, too |
 )md";
 
 }  // namespace
@@ -178,25 +181,40 @@ std::string configuration_digest(std::string_view text) {
   return digest.hexadecimal();
 }
 
-std::vector<ConfigurationChange> changes(const Configuration& from, const Configuration& to) {
-  const auto before = keys_of_configuration(from), after = keys_of_configuration(to);
-  std::map<std::string_view, std::string_view> values;
-  for (const auto& key : before) values[key.path] = key.value;
-  std::vector<ConfigurationChange> all;
-  const auto add = [&](const std::string& path, std::string_view old_value, std::string_view new_value) {
-    all.push_back({path, std::string(old_value), std::string(new_value), effect_of(path, from, to)});
-  };
-  for (const auto& key : after) {
-    const auto old_value = values.find(key.path);
-    if (old_value == values.end()) {
-      add(key.path, "", key.value);
-    } else {
-      if (old_value->second != key.value) add(key.path, old_value->second, key.value);
-      values.erase(old_value);
-    }
+std::vector<ConfigurationKey> configuration_keys(const Configuration& configuration) {
+  std::vector<ConfigurationKey> all;
+  for (auto& key : keys_of_configuration(configuration)) {
+    const auto file = file_in(key);
+    std::string digest;
+    if (!file.empty())
+      if (auto known = io::sha256_of_file(configuration.file(file).string())) digest = std::move(*known);
+    all.push_back(
+        {key.path, std::move(key.value), std::move(digest), is_learned_from(key.path, configuration)});
   }
-  for (const auto& key : before)
-    if (values.contains(key.path)) add(key.path, key.value, "");
+  return all;
+}
+
+std::vector<ConfigurationChange> changes(std::span<const ConfigurationKey> from,
+                                         std::span<const ConfigurationKey> to) {
+  std::map<std::string_view, const ConfigurationKey*> before;
+  for (const auto& key : from) before[key.path] = &key;
+  std::vector<ConfigurationChange> all;
+  const auto one_sided = [](const ConfigurationKey& key) {  // as all keys of an axis that comes or goes
+    return key.learned_from || key.path.starts_with("axis.");
+  };
+  for (const auto& key : to) {
+    const auto known = before.find(key.path);
+    if (known == before.end()) {
+      all.push_back({key.path, "", key.value, one_sided(key)});
+      continue;
+    }
+    const auto& old = *known->second;
+    if (old.value != key.value || old.digest != key.digest)
+      all.push_back({key.path, old.value, key.value, key.learned_from});
+    before.erase(known);
+  }
+  for (const auto& key : from)
+    if (before.contains(key.path)) all.push_back({key.path, key.value, "", one_sided(key)});
   return all;
 }
 

@@ -122,8 +122,11 @@ class Proposer {
   }
 
   void rate() {
-    const double measured = facts_.sample_rate_hz;
-    if (!(measured > 0.0 && std::isfinite(measured)))
+    constexpr double kLeastRate_hz = 1e-3, kMostRate_hz = 1e6;  // as of an axis
+    double measured = facts_.sample_rate_hz;
+    if (!(measured > 0.0))
+      if (const auto record = io::to_record(table_, {})) measured = record->sample_rate_hz;
+    if (!(measured >= kLeastRate_hz && measured <= kMostRate_hz))
       return note("the sample rate is not known: sample_rate_hz is left to you");
     p_.axis.sample_rate_hz = rounded_rate(measured);
     if (p_.axis.sample_rate_hz != measured) note(fmt::format("measured sample rate: {:.6g} Hz", measured));
@@ -156,6 +159,34 @@ class Proposer {
   io::Table table_;
 };
 
+/// Keys that are not as by default, and those that say what a source is.
+std::vector<io::DescribedKey> differing_keys(const Configuration& configuration, const Configuration& usual) {
+  auto keys = io::described_keys(configuration);
+  const auto standard = io::described_keys(usual);
+  std::erase_if(keys, [&](const io::DescribedKey& key) {
+    return key.key != "kind" && key.key != "format" &&
+           std::find(standard.begin(), standard.end(), key) != standard.end();
+  });
+  return keys;
+}
+
+std::string missing_keys(const AxisConfig& axis) {
+  std::string text;
+  if (!(axis.sample_rate_hz > 0.0)) text += "sample_rate_hz =\n";
+  if (axis.input.empty()) text += "input = \"\"\n";
+  if (axis.output.empty()) text += "output = \"\"\n";
+  return text;
+}
+
+std::string in_comments(std::string_view lines) {
+  std::string text;
+  for (std::size_t end = 0; !lines.empty(); lines.remove_prefix(end + 1)) {
+    end = lines.find('\n');
+    text += fmt::format("#{}\n", lines.substr(0, end));
+  }
+  return text;
+}
+
 }  // namespace
 
 std::vector<Proposal> propose(std::span<const StreamFacts> streams) {
@@ -169,20 +200,24 @@ std::vector<Proposal> propose(std::span<const StreamFacts> streams) {
   return proposals;
 }
 
-std::string proposal_text(std::span<const Proposal> proposals) {
-  std::string text;
-  for (const auto& proposal : proposals) {
-    Configuration one, standard;
-    one.axes.tables[proposal.name] = proposal.axis;
-    standard.axes.tables[proposal.name] = AxisConfig{};
-    auto keys = io::described_keys(one);
-    const auto usual = io::described_keys(standard);
-    std::erase_if(keys,
-                  [&](const auto& key) { return std::find(usual.begin(), usual.end(), key) != usual.end(); });
-    if (!text.empty()) text += '\n';
-    for (const auto& line : proposal.notes) text += fmt::format("# {}\n", line);
-    text += io::toml_of(keys);
+std::string proposal_text(const std::map<std::string, SourceConfig>& sources,
+                          std::span<const Proposal> proposals) {
+  Configuration service, standard;
+  service.monitor.data = "data";
+  for (const auto& [name, source] : sources) {
+    service.sources.tables[name] = source;
+    standard.sources.tables[name].kind = source.kind;
   }
+  std::string text = io::toml_of(differing_keys(service, standard)) + '\n';
+  for (const auto& proposal : proposals) {
+    Configuration one, usual;
+    one.axes.tables[proposal.name] = proposal.axis;
+    usual.axes.tables[proposal.name] = AxisConfig{};
+    for (const auto& line : proposal.notes) text += fmt::format("# {}\n", line);
+    const std::string table = io::toml_of(differing_keys(one, usual));
+    text += (proposal.complete() ? table : in_comments(table + missing_keys(proposal.axis))) + '\n';
+  }
+  text.pop_back();
   return text;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,13 +24,21 @@ struct Proposal {
   std::string name;
   AxisConfig axis;                 ///< What could not be told is as by default.
   std::vector<std::string> notes;  ///< What was seen and assumed, and what is left to people; a line each.
+
+  /// Nothing that an axis needs is left to people.
+  [[nodiscard]] bool complete() const {
+    return axis.sample_rate_hz > 0.0 && !axis.input.empty() && !axis.output.empty();
+  }
 };
 
-/// Which column is which signal, as `resonid inspect` tells from names and units, the rate, and the output's
-/// sign. A hundred samples or more are needed for the sign. Names are made different.
+/// Which column is which signal, as `resonid inspect` tells from names and units, the rate (of a column of
+/// times where the stream tells none), and the output's sign. A hundred samples or more are needed for the
+/// sign. Names are made different.
 [[nodiscard]] std::vector<Proposal> propose(std::span<const StreamFacts> streams);
 
-/// [axis.NAME] tables for the configuration, notes as comments.
-[[nodiscard]] std::string proposal_text(std::span<const Proposal> proposals);
+/// A configuration of these sources and axes as TOML, notes as comments; so are axes that are not complete.
+/// What is as by default is left out.
+[[nodiscard]] std::string proposal_text(const std::map<std::string, SourceConfig>& sources,
+                                        std::span<const Proposal> proposals);
 
 }  // namespace resonid::monitor

@@ -92,8 +92,15 @@ struct Service::Parts {
       settings.sample_rate_hz = axis.spec.sample_rate_hz;
       settings.capacity = std::max<std::uint64_t>(
           1024, static_cast<std::uint64_t>(std::ceil(axis.ring_s * axis.spec.sample_rate_hz)));
-      auto ring = Ring::open(installation.data / "rings" / (axis.spec.name + ".ring"), settings);
+      bool renewed = false;
+      auto ring =
+          Ring::open_or_renew(installation.data / "rings" / (axis.spec.name + ".ring"), settings, renewed);
       if (!ring) return std::move(ring.error());
+      if (renewed)
+        remarks.push_back(
+            fmt::format("axis {}: its ring of raw samples is made anew, for another rate, other "
+                        "columns or another length",
+                        axis.spec.name));
       rings.push_back(std::move(*ring));
       intakes.push_back(std::make_unique<Intake>(*rings.back(), axis.columns));
       source_axes[axis.source].add(axis.channel.empty() ? axis.spec.name : axis.channel,
@@ -109,6 +116,10 @@ struct Service::Parts {
     if (!stored) return tl::unexpected(store_error(stored.error()));
     if (*stored) {
       const auto& s = (*stored)->snapshot;
+      if (rings[i]->next_sample() == 0 && s.sample > 0) {  // a ring that was removed counts on
+        rings[i]->put_anchor(s.sample, std::nullopt);
+        rings[i]->commit({});
+      }
       auto monitor = monitoring::AxisMonitor::restore(axis.spec, s.bytes);
       if (!monitor)
         remarks.push_back(fmt::format("axis {} begins anew: its snapshot {}", axis.spec.name,

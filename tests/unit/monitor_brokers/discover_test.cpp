@@ -42,7 +42,10 @@ TEST(Scout, GuessesFormatColumnsAndRate) {
   EXPECT_EQ(frame.axis, "x");
   EXPECT_EQ(frame.columns, (Columns{"ru", "u", "y"}));
   EXPECT_EQ(frame.messages, 5U);
-  EXPECT_EQ(frame.samples, 2500U);
+  EXPECT_EQ(frame.sample_count, 2500U);
+  ASSERT_EQ(frame.samples.size(), 3U);
+  EXPECT_EQ(frame.samples[0].size(), 2500U);
+  EXPECT_EQ(frame.rate_hz(), kRate_hz);
   EXPECT_NEAR(frame.measured_rate_hz, 2000.0, 1e-6);
   EXPECT_EQ(frame.told_rate_hz, kRate_hz);
   EXPECT_TRUE(frame.numbered && frame.timed);
@@ -61,9 +64,56 @@ TEST(Scout, GuessesFormatColumnsAndRate) {
   EXPECT_EQ(named(all, "numbers").format, PayloadFormat::csv);
   EXPECT_EQ(named(all, "numbers").columns, (Columns{"column 1", "column 2", "column 3"}));
   EXPECT_NEAR(named(all, "numbers").measured_rate_hz, 8.0, 1e-9);
+  EXPECT_EQ(named(all, "numbers").samples[1][1], 5.0);
+  EXPECT_TRUE(named(all, "names").named && !named(all, "numbers").named);
   EXPECT_EQ(named(all, "words").format, std::nullopt);
   EXPECT_EQ(named(all, "words").messages, 5U);
   EXPECT_EQ(named(all, "empty").format, std::nullopt);
+}
+
+/// The sender's times tell the rate where it tells none, however fast the messages come.
+TEST(Scout, MeasuresTheRateByTheTimesOfTheSender) {
+  Scout scout;
+  for (int k = 0; k < 11; ++k)
+    scout.add("json", "", "{\"y\":[1,2],\"time\":" + std::to_string(1.79e9 + 0.25 * k) + "}", 1e-3 * k);
+  EXPECT_NEAR(scout.found().front().rate_hz(), 8.0, 1e-3);
+}
+
+/// A client whose frames are not acknowledged sends them again and again.
+TEST(Scout, TakesNumberedSamplesOnce) {
+  Scout scout;
+  for (int k = 0; k < 5; ++k) scout.add("x", "", frame_of("x", 0, 100), k);
+  scout.add("x", "", frame_of("x", 100, 100), 5.0);
+  EXPECT_EQ(scout.found().front().sample_count, 200U);
+  EXPECT_EQ(scout.found().front().samples[0].size(), 200U);
+}
+
+TEST(ByteScout, GuessesTheFormatOfAStream) {
+  std::string rows;
+  for (int k = 0; k < 600; ++k) rows += std::to_string(k) + ";1.5;2.5\n";
+  const auto found = [](const std::string& text, std::size_t part) {
+    Scout scout;
+    ByteScout bytes(scout);
+    for (std::size_t at = 0; at < text.size(); at += part) bytes.add(text.substr(at, part), 0.0);
+    bytes.finish(0.0);
+    return scout.found();
+  };
+  for (const std::size_t part : {std::size_t{7}, std::size_t{100'000}}) {
+    const auto csv = found("# a comment\nsample;ru;y\n" + rows, part);
+    ASSERT_EQ(csv.size(), 1U);
+    EXPECT_EQ(csv[0].format, PayloadFormat::csv);
+    EXPECT_EQ(csv[0].columns, (Columns{"ru", "y"}));
+    EXPECT_TRUE(csv[0].named && csv[0].numbered);
+    EXPECT_EQ(csv[0].sample_count, 600U);
+    const auto numbers = found(rows, part);
+    EXPECT_EQ(numbers.at(0).columns, (Columns{"column 1", "column 2", "column 3"}));
+    EXPECT_EQ(numbers.at(0).samples.at(1).size(), 600U);
+    EXPECT_EQ(found("{\"axis\":\"x\",\"y\":1}\n{\"axis\":\"z\",\"y\":1}\n", part).size(), 2U);
+    const auto frames = found(encoded(Question{"x"}) + frame_of("x", 0, 100) + frame_of("x", 100, 50), part);
+    EXPECT_EQ(frames.at(0).format, PayloadFormat::frame);
+    EXPECT_EQ(frames.at(0).sample_count, 150U);
+    EXPECT_TRUE(found("the door is open\n", part).empty());
+  }
 }
 
 TEST(Scout, StopsGrowing) {

@@ -53,6 +53,19 @@ TEST(Feed, JoinsTheNamesOfTopicAndMessage) {
   EXPECT_EQ(feed.status().messages, 5U);
 }
 
+/// The whole topic is an axis' name, too.
+TEST(Feed, KnowsAxesByTheirTopics) {
+  const TemporaryFolder folder;
+  Rings rings(folder.path(), {"drives/x", "y"});
+  Feed feed(rings, {{"drives/#", PayloadFormat::frame, {}, {}}}, kMqttTopics);
+  EXPECT_TRUE(feed.take(0, "drives/x", frame_of("", 0)));
+  EXPECT_TRUE(feed.take(0, "drives/x", frame_of("y", 0)));  // what the message tells counts for more
+  EXPECT_TRUE(feed.take(0, "drives/z", frame_of("", 0)));
+  expect_stored(rings.ring("drives/x"), kFrame);
+  expect_stored(rings.ring("y"), kFrame);
+  EXPECT_EQ(feed.status().unknown, 1U);
+}
+
 TEST(Feed, NumbersTheFramesOfAMessage) {
   const TemporaryFolder folder;
   Rings rings(folder.path(), {"x"});

@@ -40,7 +40,8 @@ TEST(ConfigurationText, IsTheConfigurationAgain) {
   const auto text = configuration_text(configuration);
   const auto again = configuration_of(folder, text);
   EXPECT_EQ(configuration_text(again), text);
-  EXPECT_EQ(changes(configuration, again), std::vector<ConfigurationChange>{});
+  EXPECT_EQ(changes(configuration_keys(configuration), configuration_keys(again)),
+            std::vector<ConfigurationChange>{});
   EXPECT_NE(text.find("\n[axis.\"x.2\"]\nsource = \"t\"\nchannel = \"\"\nsample_rate_hz = 100\n"),
             std::string::npos)
       << text;
@@ -106,31 +107,48 @@ TEST(ConfigurationChanges, SayWhatTheyAskFor) {
   text += "[retention]\nrows_s = 3600\n[publish]\nwebhook_url = 'http://a'\n";
   const auto after = configuration_of(folder, text);
   std::map<std::string, ConfigurationChange> found;
-  for (const auto& change : changes(before, after)) found[change.path] = change;
+  for (const auto& change : changes(configuration_keys(before), configuration_keys(after)))
+    found[change.path] = change;
   using C = ConfigurationChange;
-  const std::vector<C> required = {
-      {"monitor.listen", "\"127.0.0.1:8080\"", "\"127.0.0.1:81\"", Effect::restart},
-      {"monitor.false_alarm_interval_s", "3600000", "36000", Effect::at_once},
-      {"monitor.row_every_s", "0.1", "1", Effect::new_axis},
-      {"retention.rows_s", "2592000", "3600", Effect::at_once},
-      {"publish.webhook_url", "\"\"", "\"http://a\"", Effect::at_once},
-      {"source.t.address", "\"127.0.0.1:9000\"", "\"127.0.0.1:9001\"", Effect::new_source},
-      {"axis.x.channel", "\"\"", "\"first\"", Effect::new_source},
-      {"axis.x.delay_s", "0", "0.01", Effect::new_axis},
-      {"axis.x.alarms.gap.high", "0.2", "inf", Effect::at_once}};
+  const std::vector<C> required = {{"monitor.listen", "\"127.0.0.1:8080\"", "\"127.0.0.1:81\"", false},
+                                   {"monitor.false_alarm_interval_s", "3600000", "36000", false},
+                                   {"monitor.row_every_s", "0.1", "1", true},
+                                   {"retention.rows_s", "2592000", "3600", false},
+                                   {"publish.webhook_url", "\"\"", "\"http://a\"", false},
+                                   {"source.t.address", "\"127.0.0.1:9000\"", "\"127.0.0.1:9001\"", false},
+                                   {"axis.x.channel", "\"\"", "\"first\"", false},
+                                   {"axis.x.delay_s", "0", "0.01", true},
+                                   {"axis.x.alarms.gap.high", "0.2", "inf", false}};
   for (const auto& change : required) EXPECT_EQ(found[change.path], change) << change.path;
   EXPECT_EQ(found.size(), required.size());
 
   // An axis whose name is the beginning of another's comes and goes.
   const auto one = configuration_of(folder, std::string(kLeast));
-  for (const auto& change : changes(before, one)) {
+  for (const auto& change : changes(configuration_keys(before), configuration_keys(one))) {
     if (!change.path.starts_with("axis.x.2.")) continue;
     EXPECT_EQ(change.after, "");
-    EXPECT_EQ(change.effect, Effect::new_axis) << change.path;
+    EXPECT_TRUE(change.begins_anew) << change.path;
   }
-  const auto come = changes(one, before);
-  const ConfigurationChange drift = {"axis.x.2.drift_per_s", "", "0.25", Effect::new_axis};
+  const auto come = changes(configuration_keys(one), configuration_keys(before));
+  const ConfigurationChange drift = {"axis.x.2.drift_per_s", "", "0.25", true};
   EXPECT_EQ(std::count(come.begin(), come.end(), drift), 1);
+}
+
+/// What a controller was, and a token, is known as it was when they were read.
+TEST(ConfigurationChanges, SeeThatAFileHoldsSomethingElse) {
+  const TemporaryFolder folder;
+  (void)folder.file("c.json", kController);
+  (void)folder.file("token", "0123456789abcdef\n");
+  const auto configuration = configuration_of(
+      folder, "[monitor]\nwrite_token_file = 'token'\n" + std::string(kLeast).substr(10) + kMore);
+  const auto before = configuration_keys(configuration);
+  (void)folder.file("token", "fedcba9876543210\n");
+  (void)folder.file("c.json", R"({"numerator": [2, -0.9], "denominator": [1, -1]})");
+  const auto found = changes(before, configuration_keys(configuration));
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0], (ConfigurationChange{"monitor.write_token_file", "\"token\"", "\"token\"", false}));
+  EXPECT_EQ(found[1].path, "axis.x.controller");
+  EXPECT_TRUE(found[1].begins_anew);
 }
 
 /// docs/monitor_configuration.md comes from the descriptions. With RESONID_WRITE_DOCS in the environment it

@@ -141,6 +141,24 @@ TEST_F(IntakeTest, WhatComesTwiceIsTakenOnce) {
   expect_right();
 }
 
+TEST_F(IntakeTest, GoesOnInARingThatWasMadeAnew) {
+  EXPECT_EQ(add(0, 100), Outcome::taken);
+  intake_.reset();
+  ring_.reset();
+  bool renewed = false;
+  auto ring =
+      Ring::open_or_renew(folder_ / "x.ring", {"x", ring_channels(kNames), kRate_hz, 50'000}, renewed);
+  ASSERT_TRUE(ring && renewed);
+  ring_ = std::move(*ring);
+  intake_ = std::make_unique<Intake>(*ring_, kNames);
+  EXPECT_EQ(add(50, 20), Outcome::duplicate);
+  EXPECT_EQ(add(90, 30), Outcome::taken);
+  EXPECT_EQ(counters().duplicate, 30U);
+  EXPECT_EQ(ring_->next_sample(), 120U);
+  EXPECT_EQ(stored().front().sample, 100U);
+  expect_right();
+}
+
 TEST_F(IntakeTest, ShortGapsAreFilledAndLongOnesSkipped) {
   add(0, 100);
   add(1100, 10);  // a second

@@ -243,6 +243,40 @@ TEST(Ring, RefusesOtherSettings) {
   EXPECT_FALSE(fs::exists(folder / "y.ring"));
 }
 
+/// Samples are counted on, so that nothing that was told of an axis is told again.
+TEST(Ring, OfOtherSettingsIsMadeAnewWhereThatIsAskedFor) {
+  const TemporaryFolder folder;
+  append(*opened(folder / "x.ring"), 20, 99);
+  RingSettings longer = kSmall;
+  longer.capacity = 2000;
+  bool renewed = false;
+  const auto renew = [&](const RingSettings& settings) {
+    auto ring = Ring::open_or_renew(folder / "x.ring", settings, renewed);
+    if (!ring) throw std::runtime_error(message_of(ring.error()));
+    return std::move(*ring);
+  };
+  {
+    const auto same = renew(kSmall);
+    EXPECT_FALSE(renewed);
+    EXPECT_EQ(same->end(), 20U);
+    EXPECT_FALSE(Ring::open_or_renew(folder / "x.ring", longer, renewed)) << "somebody uses it";
+  }
+  {
+    const auto ring = renew(longer);
+    EXPECT_TRUE(renewed);
+    EXPECT_EQ(ring->end(), 0U);
+    EXPECT_EQ(ring->next_sample(), 20U);
+    append(*ring, 500, 100);
+  }
+  const auto again = renew(longer);
+  EXPECT_FALSE(renewed);
+  EXPECT_EQ(again->next_sample(), 520U);
+  EXPECT_EQ(again->source(), (SourcePosition{{7, 0, 0, 100}}));
+  EXPECT_EQ(checked_until(*again, 0), 500U);
+  EXPECT_FALSE(fs::exists(folder / "x.ring.new"));
+  EXPECT_FALSE(Ring::open_or_renew(folder / "x.ring", {"x", {"u"}, 1.0, 63}, renewed));
+}
+
 TEST(Ring, AFullDiskIsAnErrorAtOpening) {
   const TemporaryFolder folder;
   const ::pid_t child = ::fork();

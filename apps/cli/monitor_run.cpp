@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: MIT
+#include "monitor_run.hpp"
+
+#include <fmt/format.h>
+#include <pthread.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <filesystem>
+#include <resonid/base/error_text.hpp>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "errors.hpp"
+#include "monitor/service/install.hpp"
+#include "monitor/service/log.hpp"
+#include "monitor/service/notify.hpp"
+#include "output.hpp"
+#include "terminal.hpp"
+
+namespace resonid::cli {
+namespace {
+
+using monitor::LogLevel;
+using monitor::say;
+
+/// Half of the time after which the watchdog would end us.
+double watchdog_pace_s() { return std::clamp(0.5 * monitor::watchdog_s().value_or(4.0), 0.01, 2.0); }
+
+void say_lines(LogLevel level, std::string_view text) {
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    say(level, "{}", text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+}
+
+std::string change_text(const monitor::ConfigurationChange& c) {
+  const auto value = [](const std::string& text) { return text.empty() ? "nothing" : text; };
+  const std::string what = c.before == c.after ? fmt::format("what {} holds has changed", c.after)
+                                               : fmt::format("{}, was {}", value(c.after), value(c.before));
+  return fmt::format("{}: {}{}", c.path, what, c.begins_anew ? " (begins anew)" : "");
+}
+
+monitor::Installation installed(const monitor::Configuration& configuration) {
+  auto installation = monitor::installation_of(configuration, RESONID_VERSION);
+  if (!installation) throw InputError(message_of(installation.error()));
+  return std::move(*installation);
+}
+
+/// A service that can take over another configuration.
+class Reloadable {
+ public:
+  Reloadable(ConfiguredRun run, monitor::Configuration configuration)
+      : run_(std::move(run)),
+        configuration_(std::move(configuration)),
+        keys_(monitor::configuration_keys(configuration_)),
+        service_(started(installed(configuration_), output_settings().quiet)) {}
+
+  /// The file again. What is wrong with it is told, and the service goes on as it was.
+  void reload() {
+    timespec now{};
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    monitor::notify(
+        fmt::format("RELOADING=1\nMONOTONIC_USEC={}", now.tv_sec * 1'000'000 + now.tv_nsec / 1000));
+    try {
+      take_over(configuration_of(run_));
+    } catch (const InputError& error) {
+      say_lines(LogLevel::error, error.what());
+      say(LogLevel::error, "the configuration is not taken over; the service goes on as it was");
+    }
+    monitor::notify("READY=1");
+  }
+  void stop() { service_->stop(); }
+
+ private:
+  void take_over(monitor::Configuration next) {
+    auto keys = monitor::configuration_keys(next);
+    const auto differences = monitor::changes(keys_, keys);
+    if (differences.empty()) return say(LogLevel::info, "the configuration has not changed");
+    for (const auto& change : differences) say(LogLevel::info, "{}", change_text(change));
+    auto installation = installed(next);
+    service_.reset();  // all that was taken is kept, and port and files are free
+    try {
+      service_ = started(std::move(installation), true);
+    } catch (const InputError& error) {
+      say_lines(LogLevel::error, error.what());
+      go_back();
+      return say(LogLevel::error, "the service goes on with the configuration that it had");
+    }
+    configuration_ = std::move(next);
+    keys_ = std::move(keys);
+    say(LogLevel::info, "the configuration is taken over: {}", service_->url());
+  }
+
+  void go_back() {
+    try {
+      service_ = started(installed(configuration_), true);
+    } catch (const InputError& error) {
+      throw std::runtime_error(fmt::format("the former configuration cannot run either: {}", error.what()));
+    }
+  }
+
+  ConfiguredRun run_;
+  monitor::Configuration configuration_;
+  std::vector<monitor::ConfigurationKey> keys_;
+  std::unique_ptr<monitor::Service> service_;
+};
+
+}  // namespace
+
+sigset_t block_signals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&signals, signal);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);  // TLS writes to connections that brokers and clients have closed
+  return signals;
+}
+
+int wait_for_signal(const sigset_t& signals, double every_s, const std::function<bool()>& ended) {
+  const auto seconds = static_cast<time_t>(every_s);
+  const timespec wait{seconds, static_cast<long>(1e9 * (every_s - static_cast<double>(seconds)))};
+  while (!ended()) {
+    const int signal = sigtimedwait(&signals, nullptr, &wait);
+    if (signal > 0) return signal;
+    monitor::notify("WATCHDOG=1");
+  }
+  return 0;
+}
+
+std::unique_ptr<monitor::Service> started(monitor::Installation installation, bool quiet) {
+  auto service = monitor::Service::start(std::move(installation));
+  if (!service) throw InputError(message_of(service.error()));
+  if (!quiet) print(fmt::format("Monitoring: {} (Ctrl-C ends)\n", (*service)->url()));
+  return std::move(*service);
+}
+
+void run_service(monitor::Installation installation) {
+  const sigset_t signals = block_signals();
+  const auto service = started(std::move(installation), output_settings().quiet);
+  monitor::notify("READY=1");
+  static_cast<void>(wait_for_signal(signals, watchdog_pace_s(), [] { return false; }));
+  monitor::notify("STOPPING=1");
+  service->stop();
+}
+
+monitor::Configuration configuration_of(const ConfiguredRun& run) {
+  auto file = monitor::read_configuration(run.path, [&](monitor::Configuration& c) {
+    if (!run.data.empty()) c.monitor.data = std::filesystem::absolute(run.data).string();
+    if (!run.listen.empty()) c.monitor.listen = run.listen;
+  });
+  for (const auto& w : file.findings.warnings) print_error(fmt::format("warning: {}\n", message_of(w)));
+  if (!file.usable()) {
+    std::string all;
+    for (const auto& e : file.findings.errors) all += (all.empty() ? "" : "\n") + message_of(e);
+    throw InputError(all);
+  }
+  return std::move(file.configuration);
+}
+
+void run_configured(const ConfiguredRun& run, monitor::Configuration configuration) {
+  const sigset_t signals = block_signals();
+  Reloadable service(run, std::move(configuration));
+  monitor::notify("READY=1");
+  while (wait_for_signal(signals, watchdog_pace_s(), [] { return false; }) == SIGHUP) service.reload();
+  monitor::notify("STOPPING=1");
+  service.stop();
+}
+
+}  // namespace resonid::cli

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <csignal>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "monitor/service/configuration.hpp"
+#include "monitor/service/service.hpp"
+
+namespace resonid::cli {
+
+/// SIGINT, SIGTERM and SIGHUP, blocked from now on: to be called before any thread begins.
+[[nodiscard]] sigset_t block_signals();
+
+/// Waits for one of these signals, and lets the watchdog of systemd hear of it meanwhile. 0: the service has
+/// `ended` by itself, which is asked from time to time.
+[[nodiscard]] int wait_for_signal(const sigset_t& signals, double every_s,
+                                  const std::function<bool()>& ended);
+
+/// A service that runs; its address is told.
+[[nodiscard]] std::unique_ptr<monitor::Service> started(monitor::Installation installation, bool quiet);
+
+/// Until one of the signals ends it.
+void run_service(monitor::Installation installation);
+
+/// A configuration file, and what the command line says instead of it.
+struct ConfiguredRun {
+  std::string path, data, listen;  ///< Empty: as configured.
+};
+/// Findings on standard error; throws what keeps it from running.
+[[nodiscard]] monitor::Configuration configuration_of(const ConfiguredRun& run);
+/// The same until it is told to end; with SIGHUP the file is read again and taken over.
+void run_configured(const ConfiguredRun& run, monitor::Configuration configuration);
+
+}  // namespace resonid::cli

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: MIT
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "background_program.hpp"
+#include "program.hpp"
+
+namespace resonid {
+namespace {
+
+class Monitor : public test::ProgramTest {
+ protected:
+  static constexpr const char* kConfiguration = R"([monitor]
+data = "data"
+listen = "127.0.0.1:0"
+[source.line]
+kind = "demo"
+experiments = ["demo"]
+speed = 50
+[axis.demo]
+source = "line"
+sample_rate_hz = 500
+input = "u"
+output = "y"
+excitation = "ru"
+)";
+  void configure(const std::string& more = "", const std::string& old_text = "",
+                 const std::string& new_text = "") const {
+    std::string text = kConfiguration + more;
+    if (!old_text.empty()) text.replace(text.find(old_text), old_text.size(), new_text);
+    write("m.toml", text);
+  }
+  /// The port of the newest address that was told.
+  static int port_in(const std::string& text) {
+    const std::string begin = "http://127.0.0.1:";
+    const auto at = text.rfind(begin);
+    return at == text.npos ? 0 : std::stoi(text.substr(at + begin.size()));
+  }
+  static bool has(const std::string& text, const std::string& words) { return text.find(words) != text.npos; }
+};
+
+/// The life of a service: it tells systemd what it does, takes over what has changed, and ends soon.
+TEST_F(Monitor, RunsReloadsAndEnds) {
+  configure();
+  test::NotifySocket systemd(path("notify"));
+  ASSERT_TRUE(systemd.ok());
+  test::BackgroundProgram program(path(""), {"monitor", "m.toml"},
+                                  {"NOTIFY_SOCKET=" + path("notify").string(), "WATCHDOG_USEC=100000"});
+  ASSERT_TRUE(test::comes_true([&] { return systemd.told().size() == 1 || program.ended(); }))
+      << program.error();
+  ASSERT_EQ(systemd.told(), std::vector<std::string>{"READY=1"}) << program.error();
+  int port = port_in(program.out());
+  EXPECT_TRUE(has(test::get(port, "/healthz"), " 200 ")) << program.out();
+  const auto status = test::get(port, "/api/v1/status");
+  EXPECT_TRUE(nlohmann::json::accept(status.substr(status.find("\r\n\r\n") + 4))) << status;
+  const int beats = systemd.beats();
+  EXPECT_TRUE(test::comes_true([&] { return systemd.beats() > beats + 1; }));
+
+  /// What standard error tells of a SIGHUP, once it is done.
+  std::size_t reloads = 0;
+  const auto reload = [&] {
+    const std::size_t before = program.error().size();
+    program.signal(SIGHUP);
+    ++reloads;
+    EXPECT_TRUE(
+        test::comes_true([&] { return systemd.told().size() == 1 + 2 * reloads || program.ended(); }));
+    EXPECT_TRUE(systemd.told()[2 * reloads - 1].starts_with("RELOADING=1\nMONOTONIC_USEC="));
+    EXPECT_EQ(systemd.told().back(), "READY=1");
+    return program.error().substr(before);
+  };
+  EXPECT_TRUE(reload().ends_with(" info the configuration has not changed\n"));
+
+  configure("", "source = \"line\"", "source = \"lime\"");
+  auto said = reload();
+  EXPECT_TRUE(has(said, "m.toml:9:") && has(said, "found 'lime' (did you mean 'line'?)")) << said;
+  EXPECT_TRUE(has(said, "the service goes on as it was")) << said;
+  EXPECT_TRUE(has(test::get(port, "/healthz"), " 200 "));
+
+  // Alarms may change without anything being forgotten.
+  EXPECT_TRUE(test::comes_true([&] { return has(test::get(port, "/api/v1/axes"), "\"following\""); }));
+  configure("[alarms.stiffness]\nlow = 5\n");
+  said = reload();
+  EXPECT_TRUE(has(said, "axis.demo.alarms.stiffness.low: 5, was -inf\n")) << said;
+  EXPECT_TRUE(has(said, "the configuration is taken over: http://")) << said;
+  EXPECT_FALSE(has(said, "begins anew")) << said;
+  port = port_in(said);
+  EXPECT_TRUE(has(test::get(port, "/healthz"), " 200 "));
+  EXPECT_TRUE(test::comes_true([&] { return has(test::get(port, "/api/v1/axes"), "\"following\""); }));
+
+  // Another length of the ring makes the axis begin anew.
+  configure("ring_s = 60\n");
+  said = reload();
+  EXPECT_TRUE(has(said, "axis.demo.ring_s: 60, was 120 (begins anew)\n")) << said;
+  EXPECT_TRUE(has(said, "axis demo begins anew: its configuration has changed")) << said;
+  EXPECT_TRUE(has(said, "its ring of raw samples is made anew")) << said;
+
+  // What cannot run is taken back: the port of somebody else.
+  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
+  ::sockaddr_in name{};
+  name.sin_family = AF_INET;
+  name.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  ::socklen_t length = sizeof name;
+  ASSERT_EQ(::bind(socket, reinterpret_cast<const ::sockaddr*>(&name), length), 0);
+  ASSERT_EQ(::listen(socket, 1), 0);
+  ASSERT_EQ(::getsockname(socket, reinterpret_cast<::sockaddr*>(&name), &length), 0);
+  configure("ring_s = 60\n", "127.0.0.1:0", "127.0.0.1:" + std::to_string(ntohs(name.sin_port)));
+  said = reload();
+  EXPECT_TRUE(has(said, "the service goes on with the configuration that it had")) << said;
+  ::close(socket);
+  said = reload();  // which is there still, and can run now
+  EXPECT_TRUE(has(said, "the configuration is taken over")) << said;
+  EXPECT_TRUE(has(test::get(port_in(said), "/healthz"), " 200 "));
+
+  const auto begin = std::chrono::steady_clock::now();
+  program.signal(SIGTERM);
+  EXPECT_EQ(program.exit_code(), 0) << program.error();
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
+  EXPECT_EQ(systemd.told().back(), "STOPPING=1");
+}
+
+TEST_F(Monitor, RefusesABrokenConfiguration) {
+  configure("delay_s = -1\n[source.more]\nkind = \"pigeon\"\n");
+  expect_refused("monitor m.toml", {"m.toml:16:", "pigeon"});
+  configure("delay_s = -1\n");
+  expect_refused("monitor m.toml", {"m.toml:14:", "axis.demo.delay_s", "found -1"});
+  expect_refused("monitor m.toml --check", {"axis.demo.delay_s"});
+  configure("", "data = \"data\"", "data = \"m.toml/x\"");
+  expect_refused("monitor m.toml --check", {"monitor.data"});
+  EXPECT_EQ(run("monitor m.toml --check --data here").exit_code, 0) << "the other one is not used";
+  expect_refused("monitor none.toml", {"none.toml"});
+}
+
+TEST_F(Monitor, RefusesOptionsThatContradict) {
+  configure();
+  expect_refused("monitor", {"configuration", "--demo"});
+  expect_refused("monitor m.toml --demo", {"--demo", "m.toml"});
+  expect_refused("monitor m.toml --speed 2", {"--speed"});
+  expect_refused("monitor m.toml --seconds 2", {"--seconds", "--discover"});
+  expect_refused("monitor m.toml --discover x.csv", {"--discover", "CONFIG"});
+  expect_refused("monitor --discover x.csv --check", {"--check"});
+  expect_refused("monitor --discover x.csv --seconds 0", {"--seconds", "found 0", "0.1 ... 86400"});
+  expect_refused("monitor --discover x.csv --password-file p", {"--password-file", "mqtt://"});
+  expect_refused("monitor --discover mqtt://a --ca-file p", {"--ca-file", "mqtts://"});
+  expect_refused("monitor --discover http://a", {"--discover", "http://a", "mqtt://"});
+  expect_refused("monitor --discover tcp://127.0.0.1", {"HOST:PORT"});
+  expect_refused("monitor --discover udp://127.0.0.1:9/x", {"HOST:PORT"});
+  expect_refused("monitor --discover mqtt://me:secret@a", {"--password-file"});
+}
+
+/// What is printed is a configuration as it is.
+TEST_F(Monitor, DiscoversWhatAFileHolds) {
+  ASSERT_EQ(run("simulate demo --out line.csv").exit_code, 0);
+  const auto found = run("monitor --discover line.csv");
+  ASSERT_EQ(found.exit_code, 0) << found.error;
+  EXPECT_TRUE(has(found.out, "#  format  columns")) << found.out;
+  EXPECT_TRUE(has(found.out, "time_s, ru, u, y")) << found.out;
+  EXPECT_TRUE(has(found.out, "\n[source.file]\nkind = \"file\"\nformat = \"csv\"\n")) << found.out;
+  EXPECT_TRUE(has(found.out, "\nsample_rate_hz = 500\ninput = \"u\"\noutput = \"y\"\nexcitation = \"ru\"\n"))
+      << found.out;
+  EXPECT_TRUE(has(found.out, "# a positive torque accelerates the output: signs agree\n")) << found.out;
+  write("m.toml", found.out);
+  const auto checked = run("monitor m.toml --check");
+  EXPECT_EQ(checked.exit_code, 0) << checked.error;
+  EXPECT_EQ(checked.out, "m.toml: 1 axes, 1 sources: nothing to object\n");
+}
+
+/// Axes of which too little is known are left to people, as comments.
+TEST_F(Monitor, DiscoversWhatComesByAPipe) {
+  const std::string numbers = "[1,2,3,4,5,6,7,8,9,8,7,6,5,4,3,2,1,2,3,4]";
+  const auto line = [&](const std::string& axis, const std::string& u, const std::string& y) {
+    return R"({"axis":")" + axis + R"(","rate":500,")" + u + "\":" + numbers + ",\"" + y + "\":" + numbers +
+           "}\n";
+  };
+  write("lines.json", line("x", "u", "y") + line("z", "a", "b"));
+  const auto result = run("monitor --discover - < lines.json");
+  ASSERT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_TRUE(has(result.out, "kind = \"stdin\"\nformat = \"json\"\n")) << result.out;
+  EXPECT_TRUE(has(result.out, "\n[axis.x]\nsource = \"stdin\"\nsample_rate_hz = 500\ninput = \"u\"\n"))
+      << result.out;
+  EXPECT_TRUE(has(result.out, "\n#[axis.z]\n#source = \"stdin\"\n#sample_rate_hz = 500\n#input = \"\"\n"))
+      << result.out;
+  expect_refused("monitor --discover - < /dev/null", {"nothing came"});
+  write("words.txt", "the door is open\n");
+  expect_refused("monitor --discover words.txt", {"words.txt", "nothing"});
+  expect_refused("monitor --discover none.csv", {"none.csv", "none of that name"});
+  expect_refused("monitor --discover mqtt://127.0.0.1:1", {"127.0.0.1:1", "refused"});
+  expect_refused("monitor --discover nats://127.0.0.1:1", {"nats"});
+  expect_refused("monitor --discover udp://127.0.0.1:0 --seconds 0.1", {"127.0.0.1:0"});
+}
+
+/// The unit that is installed is one, and leaves the service little to do harm with.
+TEST_F(Monitor, HasAUnitThatSystemdTakes) {
+  if (!ProgramTest::has("systemd-analyze"))
+    GTEST_SKIP() << "systemd-analyze is not here: the unit is not verified";
+  std::string unit = test::text_of(RESONID_UNIT);
+  const std::string program = "ExecStart=resonid ";
+  const auto at = unit.find(program);
+  ASSERT_NE(at, unit.npos);
+  unit.replace(at, program.size(), "ExecStart=" RESONID_PROGRAM " ");
+  write("resonid-monitor.service", unit);
+  const auto verified = shell("systemd-analyze verify --man=no ./resonid-monitor.service 2>&1");
+  EXPECT_EQ(verified.exit_code, 0) << verified.out;
+  EXPECT_EQ(verified.out, "");
+  const auto exposed =
+      shell("systemd-analyze security --offline=yes --threshold=20 ./resonid-monitor.service");
+  EXPECT_EQ(exposed.exit_code, 0) << exposed.out;
+}
+
+}  // namespace
+}  // namespace resonid
