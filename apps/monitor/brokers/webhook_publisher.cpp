@@ -54,7 +54,7 @@ class WebhookPublisher final : public Publisher {
     auto fault =
         failed(fmt::format("answer {} ('{}'); 2xx is required", answer->status, printable(answer->body)));
     if (answer->status == 400 || answer->status == 413 || answer->status == 422)
-      fault.value().where = "message";
+      fault.value().field = "message";
     return fault;
   }
   void interrupt() override {

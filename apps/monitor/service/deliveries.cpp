@@ -23,8 +23,8 @@ std::int64_t ns_of_wait(double seconds) { return static_cast<std::int64_t>(secon
 
 /// Without the address: it may be a secret.
 std::string words_of_fault(const Error& error) {
-  if (error.where.view() == "publisher") return error.requirement.str();
-  return fmt::format("{}: {}", error.where.view(), error.requirement.view());
+  if (error.field.view() == "publisher") return error.requirement.str();
+  return fmt::format("{}: {}", error.field.view(), error.requirement.view());
 }
 
 }  // namespace
@@ -152,7 +152,7 @@ void Deliveries::run(Line& line) {
         "{}: alarms are not taken, {} wait: {}", line.target.name, line.waiting.size(), fault);
     line.status.fault = fault;
     // What is refused for what it is must not keep the others for ever.
-    const bool refused = done.error().where.view() != "publisher" && line.publisher;
+    const bool refused = done.error().field.view() != "publisher" && line.publisher;
     if (now - message.created_ns > ns_of_wait(refused ? options_.refused_s : options_.patience_s))
       line.give_up(0, line.status.fault);
     else

@@ -240,7 +240,7 @@ TEST(Publisher, WebhookTellsARefusedMessageFromAFault) {
     receiver.answer_ = answer;
     const auto published = publisher->publish(kKey, "alarms", kBody);
     ASSERT_FALSE(published);
-    EXPECT_EQ(published.error().where.view(), field);
+    EXPECT_EQ(published.error().field.view(), field);
   }
 }
 
