@@ -225,19 +225,24 @@ void TextDecoder::set_names(std::vector<std::string> names) {
 }
 
 /// Whether a line is the names of columns. Those that are there are replaced where they were no good so far,
-/// or share a name with the new ones: else a line of words would end the reading.
+/// or share a name with the new ones: else a line of words or of garbage would end the reading. Those that
+/// were told stay.
 bool TextDecoder::read_names(std::string_view text) {
   const char separator = separator_of(text, 0);
   std::vector<std::string> names;
   for (const auto& field : io::split_fields(separator, text)) names.push_back(field.text);
   if (separator == ' ') std::erase(names, "");
   if (names.size() > 1 && names.back().empty()) names.pop_back();
-  if (!std::all_of(names.begin(), names.end(), is_text)) return false;
-  if (!settings_.columns.empty()) return true;
+  const auto is_name = [](const std::string& name) {
+    return is_text(name) && printable(name, name.size()) == name;
+  };
+  if (!std::all_of(names.begin(), names.end(), is_name)) return false;
   const auto known = [&](const std::string& name) {
     return std::find(names_.begin(), names_.end(), name) != names_.end();
   };
-  if (names_used_ && std::none_of(names.begin(), names.end(), known)) return false;
+  const bool is_again = std::any_of(names.begin(), names.end(), known);
+  if (!settings_.columns.empty()) return is_again || names.size() == names_.size();
+  if (!is_again && (names_used_ || (names.size() < 2 && names_.size() > 1))) return false;
   if (names.size() > kMostColumns) {
     fault(Fault::size, "more than 64 columns", text);
     return true;
@@ -248,12 +253,13 @@ bool TextDecoder::read_names(std::string_view text) {
 }
 
 void TextDecoder::read_csv(std::string_view text, std::uint64_t end, const Take& take) {
-  if (separator_ == '\0' && !names_.empty()) separator_ = separator_of(text, names_.size());
-  if (separator_ != '\0') split_line(text, separator_, cells_);
+  const char separator =
+      separator_ == '\0' && !names_.empty() ? separator_of(text, names_.size()) : separator_;
+  if (separator != '\0') split_line(text, separator, cells_);
   // from the end: what is text stands in front
-  const bool numbers = separator_ != '\0' && !std::all_of(cells_.rbegin(), cells_.rend(), is_text);
+  const bool numbers = separator != '\0' && !std::all_of(cells_.rbegin(), cells_.rend(), is_text);
   if (!numbers && read_names(text)) return;
-  if (names_.empty()) return fault(Fault::columns, "no names of columns come before these numbers", text);
+  if (names_.empty()) return fault(Fault::columns, "no names of columns come before this line", text);
   if (!numbers) return fault(Fault::format, "no numbers", text);
   if (cells_.size() == names_.size() + 1 && cells_.back().empty()) cells_.pop_back();
   if (cells_.size() != names_.size())
@@ -271,10 +277,11 @@ void TextDecoder::read_csv(std::string_view text, std::uint64_t end, const Take&
       if (!time.readable) return fault(Fault::format, "the time is none", text);
       line.time_ns = time.time_ns;
     } else {
-      values_.push_back(read_value(cells_[c], separator_ != ',').value_or(kNoNumber));
+      values_.push_back(read_value(cells_[c], separator != ',').value_or(kNoNumber));
     }
   }
   names_used_ = true;
+  separator_ = separator;
   if (values_.empty()) return fault(Fault::columns, "no columns of values", text);
   ends_.assign(1, end);
   give(line, value_names_, take);

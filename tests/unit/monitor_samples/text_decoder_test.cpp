@@ -148,6 +148,18 @@ TEST(CsvLines, ANewHeaderIsTakenAndALineOfWordsIsNot) {
   EXPECT_EQ(reader.faults.example(Fault::format), "3 cells, 2 are required: '1,2,3'");
 }
 
+TEST(CsvLines, GarbageBeforeTheFirstNumbersChangesNothing) {
+  const std::string garbage = "\x01;\xfe;\x03\nk\n\xf0\x9f,\x07\n;;\n";
+  for (const auto& [columns, header] : {std::pair{Names{"ru", "y"}, ""}, {Names{}, "ru,y\n"}}) {
+    Reader reader(TextSettings{TextFormat::csv, columns, {}});
+    reader.add(header + garbage + "1,2\n");
+    ASSERT_EQ(reader.all.size(), 1U) << header;
+    EXPECT_EQ(reader.all[0].columns, (Names{"ru", "y"}));
+    EXPECT_EQ(reader.all[0].values, (Numbers{1, 2}));
+    EXPECT_GE(reader.faults.count(Fault::format), 3U);
+  }
+}
+
 TEST(CsvLines, AJumpOfTimeBeginsAnArrivalOfItsOwn) {
   Reader reader(TextFormat::csv);
   reader.add("time,y\n1790000000.0,1\n1790000000.05,2\n1790000009.0,3\n1790000008.9,4\n");
