@@ -13,7 +13,7 @@ export const CHROMIUM = given !== undefined && existsSync(given) ? given : ["/us
 export const SKIP = CHROMIUM ? false : "SKIPPED: no chromium found; install the package 'chromium' or set RESONID_CHROMIUM";
 export const PICTURES = process.env.RESONID_SCREENSHOTS;
 /** A machine that others use, too, is slow (RESONID_PATIENCE, in seconds); nobody waits for so long where things are as they should be. */
-export const PATIENCE = 1000 * Number(process.env.RESONID_PATIENCE ?? 20);
+export const PATIENCE = 1000 * Number(process.env.RESONID_PATIENCE ?? 60);
 
 /** The browser, and the source of axe. */
 export async function launch() {
