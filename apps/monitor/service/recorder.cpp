@@ -83,7 +83,6 @@ void Recorder::run() {
   while (!stopping_.load()) {
     const auto due = std::chrono::steady_clock::now() + kCommitEvery;
     write(false);
-    change_targets();
     upkeep(due);
     std::this_thread::sleep_until(due);
   }
@@ -166,30 +165,6 @@ bool Recorder::commit(Status& status, std::vector<OutboxRecord>& messages) {
   for (const auto& [axis, position] : snapshots_) engine_.stored(axis, position);
   snapshots_.clear();
   return true;
-}
-
-void Recorder::set_targets(std::vector<InstalledTarget> targets) {
-  const std::scoped_lock lock(status_mutex_);
-  new_targets_ = std::move(targets);
-}
-
-/// All that the former ones came to must be written before the store is asked what waits.
-void Recorder::change_targets() {
-  std::optional<std::vector<InstalledTarget>> targets;
-  {
-    const std::scoped_lock lock(status_mutex_);
-    targets = new_targets_;
-  }
-  if (!targets) return;
-  deliveries_->stop();
-  write(false);
-  if (!backlog_.empty()) return;  // tried again after the next commit
-  auto opened = Deliveries::open(reader_, std::move(*targets), {});
-  if (!opened) return;
-  (*opened)->start();
-  const std::scoped_lock lock(status_mutex_);
-  deliveries_ = std::move(*opened);
-  new_targets_.reset();
 }
 
 void Recorder::gather(Batch& batch, std::vector<Results>& all) {

@@ -7,7 +7,6 @@
 #include <functional>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -53,8 +52,6 @@ class Recorder {
     std::vector<AlarmRecord> unwritten;  ///< Alarms that the store does not know yet, newest first.
   };
   [[nodiscard]] Status status() const;
-  /// From now on alarms are told to these; also what waits.
-  void set_targets(std::vector<InstalledTarget> targets);
 
  private:
   struct Evidence {
@@ -66,7 +63,6 @@ class Recorder {
   void run();
   void write(bool last);
   [[nodiscard]] bool commit(Status& status, std::vector<OutboxRecord>& messages);
-  void change_targets();
   void upkeep(std::chrono::steady_clock::time_point due);
   void gather(Batch& batch, std::vector<Results>& all);
   void schedule_evidence(std::string alarm_id, std::size_t axis, std::uint64_t sample);
@@ -92,7 +88,6 @@ class Recorder {
   std::thread thread_;
   mutable std::mutex status_mutex_;
   Status status_;
-  std::optional<std::vector<InstalledTarget>> new_targets_;
 };
 
 }  // namespace resonid::monitor
