@@ -97,10 +97,10 @@ TEST(Deliveries, EachTargetIsToldOnceAndInOrderAlthoughItFailsAndTheProcessIsKil
     process.commit();  // killed: what comes now is not written
   }
   EXPECT_TRUE(first.keys().empty());
-  first.fails = 3;
   {
     Process process(folder.path(), {first.target("mqtt"), second.target("nats")});
     EXPECT_EQ(process.status(0).fault, "no answer");
+    first.fails = 3;
     for (std::uint64_t sample = 4; sample <= 6; ++sample) process.happens(sample);  // 4 and 5 again
     ASSERT_TRUE(eventually([&] { return first.keys().size() == 6 && second.keys().size() == 6; }));
     EXPECT_TRUE(
