@@ -95,7 +95,7 @@ expected<std::unique_ptr<Deliveries>, StoreError> Deliveries::open(Reader& reade
           {stored.message.key, now_ns(), std::nullopt, "given up: the target is no longer configured"});
       continue;
     }
-    (*line)->status.fault = stored.text;
+    if (!stored.text.empty()) (*line)->status.fault = stored.text;  // of those that were tried
     (*line)->add(std::move(stored.message), options.most_waiting);
   }
   return all;
