@@ -119,12 +119,13 @@ endfunction()
 # resonid_test(NAME SOURCES ... [INCLUDES ...] [DEPENDS ...] [LABELS ...] [TIMEOUT SECONDS] [LONG] [TOGETHER]): one test
 # executable per stage, which sees the project's directories INCLUDES, found by ctest test by test, or, where tests share
 # what takes long to make, all TOGETHER. Tests labelled `statistics` run in `make statistics` only. LONG ones are those that
-# take tens of seconds; sanitizers leave them out, and CI too those that have no other label.
+# take tens of seconds; sanitizers leave them out, and CI too those that have no other label. LONG_ONES are the names of the
+# single tests of which this is true.
 function(resonid_test name)
   if(RESONID_UNITY AND NOT RESONID_SANITIZE)  # compiled once and run once: a quarter less to compile
     set(RESONID_TEST_OPTIONS -O1)
   endif()
-  cmake_parse_arguments(TEST "LONG;TOGETHER" "TIMEOUT" "SOURCES;DEPENDS;INCLUDES;LABELS" ${ARGN})
+  cmake_parse_arguments(TEST "LONG;TOGETHER" "TIMEOUT" "SOURCES;DEPENDS;INCLUDES;LABELS;LONG_ONES" ${ARGN})
   if(TEST_LONG AND NOT RESONID_LONG_TESTS)
     return()
   endif()
@@ -157,7 +158,15 @@ function(resonid_test name)
   if(TEST_TOGETHER)
     add_test(NAME ${name} COMMAND test_${name})
     set_tests_properties(${name} PROPERTIES ${properties})
-  else()
-    gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 PROPERTIES ${properties})
+    return()
   endif()
+  if(TEST_LONG_ONES)
+    list(JOIN TEST_LONG_ONES ":" long_ones)
+    set(others TEST_FILTER "-${long_ones}")
+    if(RESONID_LONG_TESTS)
+      gtest_discover_tests(test_${name} TEST_PREFIX "${name}." TEST_FILTER "${long_ones}" TEST_LIST test_${name}_long_ones
+                           DISCOVERY_TIMEOUT 60 PROPERTIES ${properties} LABELS long COST 100)
+    endif()
+  endif()
+  gtest_discover_tests(test_${name} TEST_PREFIX "${name}." ${others} DISCOVERY_TIMEOUT 60 PROPERTIES ${properties})
 endfunction()

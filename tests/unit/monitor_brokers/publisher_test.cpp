@@ -174,10 +174,12 @@ class Receiver {
  public:
   Receiver() {
     server_.Post("/hook", [this](const httplib::Request& request, httplib::Response& response) {
-      const std::lock_guard lock(mutex_);
-      requests_.push_back(request);
+      {
+        const std::lock_guard lock(mutex_);
+        requests_.push_back(request);
+      }
       response.status = answer_;
-      if (slow_) std::this_thread::sleep_for(std::chrono::milliseconds(600));
+      while (slow_) std::this_thread::sleep_for(std::chrono::milliseconds(10));
     });
     port_ = server_.bind_to_any_port("127.0.0.1");
     thread_ = std::thread([this] { server_.listen_after_bind(); });
@@ -186,6 +188,7 @@ class Receiver {
   Receiver(const Receiver&) = delete;
   Receiver& operator=(const Receiver&) = delete;
   ~Receiver() {
+    slow_ = false;
     server_.stop();
     thread_.join();
   }
