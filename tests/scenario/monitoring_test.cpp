@@ -117,7 +117,7 @@ void for_each(std::size_t count, const std::function<void(std::size_t)>& work) {
 struct Watch {
   double hours = 0.0;
   std::map<std::string, int> alarms;
-  std::string fault;
+  std::string fault, times;  // of the alarms: figure and second of the run
 };
 
 /// A one-axis installation; between two runs of an hour its drive stands still.
@@ -127,13 +127,18 @@ Watch watch(const Drive& drive, double hours, double interval_h, std::uint64_t f
   auto monitor = AxisMonitor::create(drive.spec(interval_h * 3600.0, kBaseline_s)).value();
   for (double h = 0.0; h < hours; h += 1.0) {
     Output out;
+    const std::uint64_t begin = monitor.next_sample();
     add(monitor,
         plant::simulate_closed_loop(drive.experiment(3600.0, first_seed + static_cast<std::uint64_t>(h)))
             ->record,
         out);
     monitor.miss(static_cast<std::uint64_t>(10.0 * drive.rate_hz));
     for (const auto& e : out.events)
-      if (is_false_alarm(e)) ++w.alarms[alarm_name(e.alarm)];
+      if (is_false_alarm(e)) {
+        ++w.alarms[alarm_name(e.alarm)];
+        const auto second = static_cast<std::int64_t>(static_cast<double>(e.sample - begin) / drive.rate_hz);
+        w.times += " " + alarm_name(e.alarm) + "@" + std::to_string(second);
+      }
     if (monitor.phase() != Phase::following) w.fault = "not followed: " + monitor.reason();
   }
   w.hours = hours - kBaseline_s / 3600.0;
@@ -151,6 +156,7 @@ TEST(Monitoring, GivesFalseAlarmsAtTheStatedRate) {
   for (const auto& w : all) {
     EXPECT_EQ(w.fault, "");
     sum.hours += w.hours;
+    sum.times += w.times;
     for (const auto& [name, count] : w.alarms) {
       sum.alarms[name] += count;
       alarms += count;
@@ -159,7 +165,8 @@ TEST(Monitoring, GivesFalseAlarmsAtTheStatedRate) {
   const double due = sum.hours / interval_h;
   std::string figures;
   for (const auto& [name, count] : sum.alarms) figures += name + " " + std::to_string(count) + ", ";
-  std::printf("%.0f axis-hours: %d false alarms, %.1f due: %s\n", sum.hours, alarms, due, figures.c_str());
+  std::printf("%.0f axis-hours: %d false alarms, %.1f due: %s; at seconds of a run:%s\n", sum.hours, alarms,
+              due, figures.c_str(), sum.times.c_str());
   // 95 % of a Poisson count, where that is wider than half and twice.
   const double spread = 1.96 * std::sqrt(due) + 1.0;
   EXPECT_GE(alarms, std::min(0.5 * due, due - spread));
