@@ -3,6 +3,7 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <atomic>
@@ -29,6 +30,7 @@ constexpr std::size_t kMostSamples = 4096;  // of an axis before the next axis h
 constexpr auto kIdle = std::chrono::milliseconds(2);
 constexpr auto kHandOver = std::chrono::milliseconds(50);
 constexpr std::size_t kMostActions = 1000;  // that wait for an axis
+constexpr int kLearningNice = 5;            // learning may wait, following may not
 
 std::string local_time_text(std::int64_t ns) {
   const auto seconds = static_cast<std::time_t>(ns / 1'000'000'000);
@@ -47,7 +49,9 @@ class Engine::Impl {
  public:
   Impl(std::vector<Axis> axes, EngineOptions options) : options_(std::move(options)) {
     if (!options_.time_text) options_.time_text = local_time_text;
-    if (options_.workers == 0) options_.workers = std::max(1U, std::thread::hardware_concurrency());
+    const std::size_t cores = std::max(1U, std::thread::hardware_concurrency());
+    if (options_.workers == 0) options_.workers = cores;
+    if (options_.learners == 0) options_.learners = (cores + 1) / 2;
     for (auto& axis : axes) slots_.push_back(std::make_unique<Slot>(std::move(axis)));
     for (std::size_t i = 0; i < slots_.size(); ++i) {
       Slot& s = *slots_[i];
@@ -70,8 +74,7 @@ class Engine::Impl {
           started_ + seconds(options_.snapshot_every_s * (1.0 + static_cast<double>(i)) /
                              static_cast<double>(slots_.size()));
     }
-    for (std::size_t i = 0; i < std::max<std::size_t>(1, options_.learners); ++i)
-      threads_.emplace_back([this] { learn(); });
+    for (std::size_t i = 0; i < options_.learners; ++i) threads_.emplace_back([this] { learn(); });
     for (auto& worker : workers_) threads_.emplace_back([this, &w = *worker] { work(w); });
   }
 
@@ -258,6 +261,9 @@ class Engine::Impl {
     learning_.notify_one();
   }
   void learn() {
+#ifdef __linux__  // where it is the thread's alone
+    static_cast<void>(::setpriority(PRIO_PROCESS, 0, kLearningNice));
+#endif
     std::unique_lock lock(learning_mutex_);
     while (true) {
       learning_.wait(lock, [this] { return stopping_.load() || !to_learn_.empty(); });

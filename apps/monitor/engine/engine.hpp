@@ -70,7 +70,7 @@ struct Results {
 
 struct EngineOptions {
   std::size_t workers = 0;         ///< Threads that follow axes; 0: one per core.
-  std::size_t learners = 1;        ///< Threads that learn.
+  std::size_t learners = 0;        ///< Threads that learn, behind the others; 0: one per two cores.
   double snapshot_every_s = 10.0;  ///< Of each axis; sooner where its ring fills.
   double stale_s = 3.0;            ///< Without samples for so long an axis is stale.
   double publish_every_s = 0.05, curve_every_s = 0.5;
