@@ -96,6 +96,9 @@ class ChangeDetector {
   static constexpr std::size_t slot(std::uint64_t block) noexcept {  // in past_
     return static_cast<std::size_t>(block % (MaxWindow + 1));
   }
+  [[nodiscard]] double distance_of(const Block& before, const Block& block) const noexcept {  // in blocks
+    return static_cast<double>(block.end_sample - before.end_sample) / static_cast<double>(block_samples_);
+  }
   void end_block() noexcept;
   void learn() noexcept;
   void gather(double standardised) noexcept;

@@ -255,6 +255,29 @@ TEST(ChangeDetector, MissingValuesAreSkippedAndCounted) {
   EXPECT_EQ(empty.skipped_samples(), 1000U);
 }
 
+TEST(ChangeDetector, WhatFollowsAGapIsNotTakenForWhatFollowsItsNeighbour) {
+  // Blocks that hang together, with a gap after every 20: told as before a gap, its first block would be 2.3
+  // standard deviations off in the mean square.
+  constexpr double kInterval = 500.0, kPhi = 0.9;
+  constexpr int kAlarms = 100;
+  auto config = by_value(ChangeStatistic::likelihood_ratio, kInterval);
+  config.baseline_s = 3000.0;
+  Normal normal(14);
+  double x = 0.0, watched = 0.0;
+  int alarms = 0;
+  auto detector = *Detector::create(config);
+  for (int n = 0; alarms < kAlarms; ++n) {
+    x = kPhi * x + normal();
+    detector.step(n % 50 < 20 ? x : std::numeric_limits<double>::quiet_NaN());
+    if (detector.ready() && n % 50 < 20) watched += 1.0;
+    if (!detector.alarm()) continue;
+    ++alarms;
+    detector.resume();
+  }
+  EXPECT_GE(watched / kAlarms, 0.6 * kInterval);
+  EXPECT_LE(watched / kAlarms, 2.5 * kInterval);
+}
+
 TEST(ChangeDetector, ResetAndCopiesReproduceBitForBit) {
   auto detector = *Detector::create(by_value(ChangeStatistic::likelihood_ratio, 1e4));
   const auto run = [](Detector& d) {

@@ -87,9 +87,11 @@ void ChangeDetector<Real, MaxWindow>::learn() noexcept {
               : blocks_;
   for (; learned_ < until; ++learned_) {
     const Block& block = past_[slot(learned_)];
+    const Block& before = past_[slot(learned_ > 0 ? learned_ - 1 : 0)];
+    const double distance = distance_of(before, block);
     if (baseline_.values() >= kGroup)
-      gather(baseline_.standardised(block.mean(), past_[slot(learned_ - 1)].mean(), block.precision));
-    baseline_.learn(block.mean(), block.precision);
+      gather(baseline_.standardised(block.mean(), before.mean(), block.precision, distance));
+    baseline_.learn(block.mean(), block.precision, distance);
   }
 }
 
@@ -105,7 +107,7 @@ void ChangeDetector<Real, MaxWindow>::gather(double standardised) noexcept {
 
 template <class Real, std::size_t MaxWindow>
 void ChangeDetector<Real, MaxWindow>::watch(const Block& now, const Block& before) noexcept {
-  const double x = baseline_.standardised(now.mean(), before.mean(), now.precision);
+  const double x = baseline_.standardised(now.mean(), before.mean(), now.precision, distance_of(before, now));
   const Certainty known{baseline_.shared(), baseline_.degrees()};
   judge(config_.statistic == ChangeStatistic::cusum ? cusum_.step(x, known)
                                                     : likelihood_ratio_.step(x, known));
