@@ -30,10 +30,11 @@ statistics:    ## The claims over hundreds of seeds (an hour).
 	cmake --build --preset dev
 	ctest --preset dev --label-regex statistics --verbose
 
-soak:          ## What the monitor promises: alarms over 10 000 axis-hours and 200 belts, memory over two days (hours).
+soak:          ## What the monitor promises: 200 kills, alarms over 10 000 axis-hours and 200 belts, memory over two days (hours).
 	tools/install_packages build test
 	cmake --preset release $(RESONID_CMAKE) -DRESONID_BENCH=OFF
-	cmake --build --preset release --target test_scenario_monitoring resonid_cli
+	cmake --build --preset release --target test_scenario_monitoring test_monitor_service resonid_cli
+	RESONID_KILLS=$${RESONID_KILLS:-200} build/release/tests/unit/monitor_service/test_monitor_service --gtest_filter='*Kill*'
 	/usr/bin/python3 tests/soak/monitor_memory.py build/release/apps/cli/resonid --minutes $${RESONID_SOAK_MINUTES:-150}
 	RESONID_SOAK_HOURS=$${RESONID_SOAK_HOURS:-10000} RESONID_SOAK_INTERVAL=$${RESONID_SOAK_INTERVAL:-1000} \
 	RESONID_SOAK_SEEDS=$${RESONID_SOAK_SEEDS:-200} build/release/tests/scenario/test_scenario_monitoring

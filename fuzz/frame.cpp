@@ -30,7 +30,7 @@ void check_message(const Message& message) {
 }
 
 /// The places in the stream ascend, and none lies behind what came.
-void read_text(TextSettings settings, std::string_view text, std::size_t piece) {
+void read_text(Format settings, std::string_view text, std::size_t piece) {
   FaultLog faults;
   TextDecoder decoder(std::move(settings), faults);
   std::size_t come = 0;
@@ -59,16 +59,16 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::size_t piece = data[1] == 0 ? 65'536 : data[1];
   switch (data[0] % 5) {
     case 0:
-      read_text({TextFormat::csv, {}, {}}, bytes, piece);
+      read_text({SampleFormat::csv, {}, {}}, bytes, piece);
       break;
     case 1:
-      read_text({TextFormat::csv, {"ru", "u", "y"}, "x"}, bytes, piece);
+      read_text({SampleFormat::csv, {"ru", "u", "y"}, "x"}, bytes, piece);
       break;
     case 2:
-      read_text({TextFormat::json, {}, {}}, bytes, piece);
+      read_text({SampleFormat::json, {}, {}}, bytes, piece);
       break;
     case 3:
-      read_text({TextFormat::line_protocol, {}, {}}, bytes, piece);
+      read_text({SampleFormat::line_protocol, {}, {}}, bytes, piece);
       break;
     default: {
       FaultLog faults;

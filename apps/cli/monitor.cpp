@@ -105,7 +105,7 @@ void run_replay(monitor::Replay replay, const MonitorVerbOptions& o) {
   listen_at(installation, !o.listen.empty() ? o.listen : ends ? "127.0.0.1:0" : kUsualAddress);
   if (rows) installation.engine.on_row = [&rows](std::size_t, const auto& axis) { rows->add(axis); };
   const auto service = started(std::move(installation), quiet);
-  const int signal = wait_for_signal(signals, kLook_s, [&] { return ends && service->finished(); });
+  const int signal = wait_for_signal(signals, kLook_s, *service, [&] { return ends && service->finished(); });
   service->stop();
   if (!ends) return;
   if (signal != 0) throw InterruptedError(signal);

@@ -74,6 +74,7 @@ class Reloadable {
     monitor::notify("READY=1");
   }
   void stop() { service_->stop(); }
+  [[nodiscard]] const monitor::Service& service() const { return *service_; }
 
  private:
   void take_over(monitor::Configuration next) {
@@ -120,13 +121,14 @@ sigset_t block_signals() {
   return signals;
 }
 
-int wait_for_signal(const sigset_t& signals, double every_s, const std::function<bool()>& ended) {
+int wait_for_signal(const sigset_t& signals, double every_s, const monitor::Service& service,
+                    const std::function<bool()>& ended) {
   const auto seconds = static_cast<time_t>(every_s);
   const timespec wait{seconds, static_cast<long>(1e9 * (every_s - static_cast<double>(seconds)))};
   while (!ended()) {
     const int signal = sigtimedwait(&signals, nullptr, &wait);
     if (signal > 0) return signal;
-    monitor::notify("WATCHDOG=1");
+    if (service.healthy()) monitor::notify("WATCHDOG=1");
   }
   return 0;
 }
@@ -142,7 +144,7 @@ void run_service(monitor::Installation installation) {
   const sigset_t signals = block_signals();
   const auto service = started(std::move(installation), output_settings().quiet);
   monitor::notify("READY=1");
-  static_cast<void>(wait_for_signal(signals, watchdog_pace_s(), [] { return false; }));
+  static_cast<void>(wait_for_signal(signals, watchdog_pace_s(), *service));
   monitor::notify("STOPPING=1");
   service->stop();
 }
@@ -165,7 +167,7 @@ void run_configured(const ConfiguredRun& run, monitor::Configuration configurati
   const sigset_t signals = block_signals();
   Reloadable service(run, std::move(configuration));
   monitor::notify("READY=1");
-  while (wait_for_signal(signals, watchdog_pace_s(), [] { return false; }) == SIGHUP) service.reload();
+  while (wait_for_signal(signals, watchdog_pace_s(), service.service()) == SIGHUP) service.reload();
   monitor::notify("STOPPING=1");
   service.stop();
 }

@@ -15,10 +15,11 @@ namespace resonid::cli {
 /// SIGINT, SIGTERM and SIGHUP, blocked from now on: to be called before any thread begins.
 [[nodiscard]] sigset_t block_signals();
 
-/// Waits for one of these signals, and lets the watchdog of systemd hear of it meanwhile. 0: the service has
-/// `ended` by itself, which is asked from time to time.
-[[nodiscard]] int wait_for_signal(const sigset_t& signals, double every_s,
-                                  const std::function<bool()>& ended);
+/// Waits for one of these signals, and lets the watchdog of systemd hear of it meanwhile while the service is
+/// healthy. 0: it has `ended` by itself, which is asked from time to time.
+[[nodiscard]] int wait_for_signal(
+    const sigset_t& signals, double every_s, const monitor::Service& service,
+    const std::function<bool()>& ended = [] { return false; });
 
 /// A service that runs; its address is told.
 [[nodiscard]] std::unique_ptr<monitor::Service> started(monitor::Installation installation, bool quiet);

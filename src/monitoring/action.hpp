@@ -22,6 +22,7 @@ enum class ActionKind : std::uint8_t {
   relearn,       ///< The axis: everything anew.
   stop,          ///< The axis: its samples no longer come. By the service.
   resume,        ///< The axis: they come again. By the service.
+  remind,        ///< An alarm that is active and that nobody has acknowledged: told again. By the service.
 };
 inline constexpr EnumName<ActionKind> kActionKindNames[] = {{ActionKind::acknowledge, "acknowledge"},
                                                             {ActionKind::shelve, "shelve"},
@@ -34,7 +35,8 @@ inline constexpr EnumName<ActionKind> kActionKindNames[] = {{ActionKind::acknowl
                                                             {ActionKind::set_baseline, "baseline"},
                                                             {ActionKind::relearn, "relearn"},
                                                             {ActionKind::stop, "stop"},
-                                                            {ActionKind::resume, "resume"}};
+                                                            {ActionKind::resume, "resume"},
+                                                            {ActionKind::remind, "remind"}};
 [[nodiscard]] constexpr std::span<const EnumName<ActionKind>> enum_names(ActionKind) noexcept {
   return kActionKindNames;
 }
@@ -46,6 +48,8 @@ struct Action {
   AlarmId alarm{};                 ///< Where it is about one.
   std::uint64_t until_sample = 0;  ///< shelve, maintenance.
   std::uint64_t id = 0;            ///< Counts the actions of an axis, from 1 on; each counts once.
+  /// The same as UNIX time, ns; 0: none. It is kept, for whoever ends it then where samples do not come.
+  std::int64_t until_ns = 0;
 };
 
 }  // namespace resonid::monitoring

@@ -63,10 +63,12 @@ Transitions Alarm::step(const AlarmRules& rules, std::uint64_t sample, Condition
 void Alarm::disable(Transitions& out) noexcept {
   const bool ends = state_.of_interest();
   const std::uint64_t now = sample_;
-  const std::uint8_t suppressed = state_.suppressed;
+  const AlarmState before = state_;
   *this = Alarm{};
   sample_ = now;
-  state_.suppressed = suppressed;
+  state_.suppressed = before.suppressed;
+  state_.raised_sample = before.raised_sample;
+  state_.cleared_sample = before.active ? now : before.cleared_sample;
   if (ends) out.add(Transition::reset, state_);
 }
 
@@ -94,6 +96,14 @@ void Alarm::follow(const AlarmRules& rules, std::uint64_t sample, Condition cond
 
 void Alarm::raise(const AlarmRules& rules, std::uint64_t sample, Transitions& out) noexcept {
   pending_ = 0;
+  if (state_.of_interest()) {
+    AlarmState former = state_;
+    former.acknowledged = true;
+    former.latched = false;
+    former.shelving = Shelving::none;
+    former.shelved_until = 0;
+    out.add(Transition::superseded, former);
+  }
   state_.active = true;
   state_.acknowledged = state_.latched = state_.fleeting = false;
   state_.raised_sample = told_ = sample;
@@ -125,6 +135,7 @@ void Alarm::look_for_chattering(const AlarmRules& rules, std::uint64_t sample) n
 void Alarm::end_shelving(std::uint64_t sample, Transition how, Transitions& out) noexcept {
   state_.shelving = Shelving::none;
   state_.shelved_until = 0;
+  state_.shelved_until_ns = 0;
   told_ = sample;
   out.add(how, state_);
 }
@@ -175,6 +186,12 @@ expected<Transitions, Error> Alarm::act(const AlarmRules& rules, const Action& a
       out = suppress(now, Suppression::person, on);
       break;
     }
+    case ActionKind::remind:
+      if (!state_.active || state_.acknowledged || !state_.annunciated())
+        return refuse("remind", "needs an alarm that people are to acknowledge");
+      told_ = now;
+      out.add(Transition::realarmed, state_);
+      break;
     case ActionKind::maintenance:
     case ActionKind::set_baseline:
     case ActionKind::relearn:
@@ -195,6 +212,7 @@ expected<Transitions, Error> Alarm::shelve(const AlarmRules& rules, const Action
     return refuse("until", "must not be later than the longest time for shelving allows");
   state_.shelving = timed ? Shelving::timed : Shelving::one_shot;
   state_.shelved_until = timed ? action.until_sample : latest;
+  state_.shelved_until_ns = timed ? action.until_ns : 0;
   sample_ = now;
   Transitions out;
   out.add(Transition::shelved, state_);

@@ -72,7 +72,8 @@ struct AlarmState {
   Shelving shelving = Shelving::none;
   std::uint8_t suppressed = 0;  ///< Bits of Suppression.
   std::uint64_t raised_sample = 0, cleared_sample = 0;
-  std::uint64_t shelved_until = 0;  ///< While shelved: the sample at which that ends.
+  std::uint64_t shelved_until = 0;    ///< While shelved: the sample at which that ends.
+  std::int64_t shelved_until_ns = 0;  ///< Likewise, where it was told: UNIX time.
 
   [[nodiscard]] bool suppressed_by(Suppression cause) const noexcept {
     return (suppressed & static_cast<std::uint8_t>(cause)) != 0;
@@ -100,6 +101,7 @@ enum class Transition : std::uint8_t {
   shelving_expired,  ///< By its time, or as the alarm cleared (one-shot).
   suppressed,
   unsuppressed,
+  superseded,  ///< Right before `raised`, where the former raising was not done with: it is then.
 };
 inline constexpr EnumName<Transition> kTransitionNames[] = {
     {Transition::raised, "raised"},
@@ -112,7 +114,8 @@ inline constexpr EnumName<Transition> kTransitionNames[] = {
     {Transition::unshelved, "unshelved"},
     {Transition::shelving_expired, "shelving-expired"},
     {Transition::suppressed, "suppressed"},
-    {Transition::unsuppressed, "unsuppressed"}};
+    {Transition::unsuppressed, "unsuppressed"},
+    {Transition::superseded, "superseded"}};
 [[nodiscard]] constexpr std::span<const EnumName<Transition>> enum_names(Transition) noexcept {
   return kTransitionNames;
 }

@@ -86,6 +86,8 @@ class AlarmSentence {
         return title() + ": suppressed by " + suppressions();
       case Transition::unsuppressed:
         return title() + ": no longer suppressed" + still_active();
+      case Transition::superseded:
+        return title() + ": raised again, which is an alarm of its own";
     }
     return {};
   }

@@ -92,7 +92,9 @@ expected<AxisAlarmRules, Error> AxisAlarmRules::create(const AxisAlarmSettings& 
     rules.high_[i] = s.high;
   }
   rules.put(kData, settings.data, 0.0);
-  rules.put(kStale, settings.stale, 0.0);
+  AlarmSettings stale = settings.stale;
+  stale.on_delay_s = stale.off_delay_s = stale.realarm_s = 0.0;
+  rules.put(kStale, stale, 0.0);
   rules.put(kEstimate, settings.estimate, 0.0);
   rules.put(kController, settings.controller, 0.0);
   return rules;
@@ -137,12 +139,20 @@ void AxisAlarms::suppress(const AxisAlarmRules& rules, const AlarmFacts& facts, 
 
 expected<void, Error> AxisAlarms::act(const AxisAlarmRules& rules, const Action& action,
                                       std::vector<AlarmEvent>& events) {
+  AlarmFacts facts;  // a person's action tells nothing of the machine
+  facts.sample = action.sample;
   switch (action.kind) {
     case ActionKind::set_baseline:
     case ActionKind::relearn:
       return {};
     case ActionKind::maintenance:
+      // At once: of a machine that is switched off no row comes.
       maintenance_until_ = action.until_sample;
+      maintenance_until_ns_ = action.until_ns;
+      for (std::size_t i = 0; i < kAlarms; ++i)
+        add(rules, facts, AlarmId::of(i),
+            alarms_[i].suppress(action.sample, Suppression::maintenance, action.sample < maintenance_until_),
+            events);
       return {};
     default:
       break;
@@ -150,8 +160,6 @@ expected<void, Error> AxisAlarms::act(const AxisAlarmRules& rules, const Action&
   if (action.alarm.index() >= kAlarms) return refuse("alarm", "must be one of the axis");
   const auto done = alarms_[action.alarm.index()].act(rules[action.alarm], action);
   if (!done) return unexpected<Error>(done.error());
-  AlarmFacts facts;  // a person's action tells nothing of the machine
-  facts.sample = action.sample;
   add(rules, facts, action.alarm, *done, events);
   return {};
 }

@@ -82,6 +82,8 @@ struct AlarmEvent {
 /// - While learning, and while the alarm `data` is active, alarms that are judged from estimates are
 ///   suppressed; under maintenance all of the axis are.
 /// - A change ends when its detector takes a new baseline.
+/// - The alarm `stale` has no samples to count: its delays, and being told again, are for whoever has a clock
+///   and tells that samples stop, come again, and that it is still so (ActionKind).
 class AxisAlarms {
  public:
   /// Adds to `events`.
@@ -97,6 +99,8 @@ class AxisAlarms {
   }
   /// End of the maintenance, 0: none was told.
   [[nodiscard]] std::uint64_t maintenance_until() const noexcept { return maintenance_until_; }
+  /// The same as UNIX time, ns, where it was told; 0: it is over.
+  [[nodiscard]] std::int64_t maintenance_until_ns() const noexcept { return maintenance_until_ns_; }
 
   /// For a state of unknown origin (base/detail/intact.hpp).
   [[nodiscard]] bool intact() const noexcept;
@@ -109,6 +113,7 @@ class AxisAlarms {
 
   std::array<Alarm, kAlarms> alarms_{};
   std::uint64_t maintenance_until_ = 0;
+  std::int64_t maintenance_until_ns_ = 0;
 };
 
 /// Figures in the baseline and now, as likely_cause() takes them: by the row, all at the same instant; where

@@ -21,7 +21,10 @@ using online::Figure;
 constexpr std::size_t kStretches = 5;  // each twice as long as the one before; then what there is must do
 constexpr double kFirstRest_s = 10.0, kLongestRest_s = 600.0;
 constexpr double kUntrusted_s = 60.0;
-constexpr std::uint64_t kSnapshot = 0x3230'4e4f'4d44'5352;  // "RSDMON02"
+constexpr std::uint64_t kLongestGap = 4;                    // that is interpolated, samples
+constexpr double kMostMissing = 0.01;                       // of a stretch
+constexpr std::uint64_t kMostBroken = 3;                    // stretches in a row
+constexpr std::uint64_t kSnapshot = 0x3330'4e4f'4d44'5352;  // "RSDMON03"
 /// What a snapshot holds as it lies in memory; room for a FigureWatch that may be there.
 constexpr std::size_t kPlain = sizeof(AlarmFacts) + sizeof(AxisAlarms) + sizeof(ScaleCheck) +
                                sizeof(ScaleFinding) + 2 + sizeof(FigureWatch);
@@ -111,6 +114,7 @@ std::size_t AxisMonitor::add(std::span<const double> values, Output& out) {
         break;
       case Phase::gathering:
         gather(sample);
+        if (alarms_due_) tell_alarms(out);
         break;
       default:
         if (alarms_due_) tell_alarms(out);
@@ -123,7 +127,7 @@ std::size_t AxisMonitor::add(std::span<const double> values, Output& out) {
 void AxisMonitor::miss(std::uint64_t count) {
   if (count == 0) return;
   next_ += count;
-  if (phase_ == Phase::gathering) begin_gathering();  // a stretch has no gap
+  if (phase_ == Phase::gathering) miss_while_gathering(count);
   if (phase_ == Phase::following) {
     follower_->miss(count);
     scales_.miss(count);
@@ -148,6 +152,7 @@ void AxisMonitor::begin_gathering() {
   stretch_.start_time_s = static_cast<double>(next_) / spec_.sample_rate_hz;
   stretch_first_ = next_;
   attempts_ = 0;
+  gap_ = filled_ = 0;
   scales_.reset();
   due_ = identification::detail::first_stretch(stretch_, options_);
 }
@@ -156,17 +161,50 @@ void AxisMonitor::gather(Sample sample) {
   const auto s = scaled(sample);
   const double position = position_of(sample);
   if (!std::isfinite(s.excitation + s.torque + s.output) || (spec_.has_position && !std::isfinite(position)))
-    return begin_gathering();
-  if (spec_.has_excitation) stretch_.excitation.samples.push_back(s.excitation);
-  stretch_.input.samples.push_back(s.torque);
-  stretch_.output.samples.push_back(s.output);
-  if (spec_.has_position) stretch_.position.samples.push_back(position);
+    return miss_while_gathering(1);
+  if (gap_ > 0) {
+    const auto between = [this](const std::vector<double>& before, double after, std::uint64_t k) {
+      return before.empty() ? 0.0  // a channel that there is none of
+                            : before.back() + (after - before.back()) / static_cast<double>(gap_ + 1 - k);
+    };
+    for (std::uint64_t k = 0; k < gap_; ++k)
+      put({between(stretch_.excitation.samples, s.excitation, k),
+           between(stretch_.input.samples, s.torque, k), between(stretch_.output.samples, s.output, k)},
+          between(stretch_.position.samples, position, k));
+    scales_.miss(gap_);
+    filled_ += gap_;
+    gap_ = 0;
+  }
+  put(s, position);
   scales_.step(s, position);
   if (stretch_.samples() >= due_) phase_ = Phase::learning;
 }
 
+void AxisMonitor::put(const online::AxisSample<double>& s, double position) {
+  if (spec_.has_excitation) stretch_.excitation.samples.push_back(s.excitation);
+  stretch_.input.samples.push_back(s.torque);
+  stretch_.output.samples.push_back(s.output);
+  if (spec_.has_position) stretch_.position.samples.push_back(position);
+}
+
+void AxisMonitor::miss_while_gathering(std::uint64_t count) {
+  if (stretch_.samples() == 0) return begin_gathering();
+  gap_ += count;
+  if (gap_ <= kLongestGap && static_cast<double>(filled_ + gap_) <= kMostMissing * static_cast<double>(due_))
+    return;
+  begin_gathering();
+  if (++broken_stretches_ != kMostBroken) return;
+  reason_ = fmt::format(
+      "samples are missing so often that nothing is learned: {} and more in a row, or more than "
+      "{:g} % of them",
+      kLongestGap + 1, 100.0 * kMostMissing);
+  alarms_due_ = true;
+}
+
 void AxisMonitor::rest(std::string reason) {
   phase_ = Phase::resting;
+  alarms_due_ = alarms_due_ || broken_stretches_ >= kMostBroken;
+  broken_stretches_ = 0;
   reason_ = std::move(reason);
   rest_until_ = next_ + rest_samples_;
   rest_samples_ = std::min(2 * rest_samples_, samples_in(kLongestRest_s, spec_.sample_rate_hz));
@@ -204,6 +242,7 @@ void AxisMonitor::learn() {
                                       position ? stretch_.position.samples[k] : AxisRow::kUnknown, false));
   stretch_ = empty_record(spec_);
   phase_ = Phase::following;
+  broken_stretches_ = 0;
   if (!contradicted()) reason_.clear();
   rest_samples_ = samples_in(kFirstRest_s, spec_.sample_rate_hz);
   untrusted_rows_ = 0;
@@ -289,9 +328,9 @@ double AxisMonitor::first_row_s() const { return static_cast<double>(watch_first
 
 void AxisMonitor::step_alarms(Output& out) {
   facts_.learning = phase_ != Phase::following;
-  facts_.data_fault =
-      contradicted() || (!facts_.learning && facts_.row.verdict != online::AxisVerdict::not_measured &&
-                         !facts_.row.gates.complete);
+  facts_.data_fault = contradicted() || broken_stretches_ >= kMostBroken ||
+                      (!facts_.learning && facts_.row.verdict != online::AxisVerdict::not_measured &&
+                       !facts_.row.gates.complete);
   if (watch_) facts_.changes = watch_->changes(first_row_s());
   alarms_.step(rules_, facts_, out.events);
 }
@@ -344,6 +383,7 @@ std::vector<std::byte> AxisMonitor::snapshot() const {
   to.put(watch_first_);
   to.put(last_row_);
   to.put(last_action_);
+  to.put(broken_stretches_);
   ByteWriter plain;
   plain.put(facts_);
   plain.put(alarms_);
@@ -380,6 +420,7 @@ expected<AxisMonitor, Error> AxisMonitor::restore(AxisSpec spec, std::span<const
   from.get(m.watch_first_);
   from.get(m.last_row_);
   from.get(m.last_action_);
+  from.get(m.broken_stretches_);
   const auto any = FigureWatch::create(1.0, 1.0, 16.0, 50.0);
   std::vector<std::byte> plain;
   from.get_sparse_sized(plain, kPlain);

@@ -53,6 +53,9 @@ struct Output {
 /// samples contradict what was told is not learned; one that is followed when it shows is no longer trusted.
 /// reason() names the key of the configuration, and the alarm `data` is raised.
 ///
+/// A stretch to learn from has few gaps, and short ones, which are interpolated. Where longer ones end one
+/// stretch after the other, reason() says so and the alarm `data` is raised.
+///
 /// An axis that cannot be learned rests, 10 s at first, ten minutes at most, and tries again; one that is
 /// excited and yet not trusted for a minute learns anew and keeps what it knows as usual.
 class AxisMonitor {
@@ -77,6 +80,8 @@ class AxisMonitor {
 
   [[nodiscard]] Phase phase() const noexcept { return phase_; }
   [[nodiscard]] std::uint64_t next_sample() const noexcept { return next_; }
+  /// Id of the newest action that was taken; 0: none was.
+  [[nodiscard]] std::uint64_t last_action() const noexcept { return last_action_; }
   [[nodiscard]] const AxisSpec& spec() const noexcept { return spec_; }
   [[nodiscard]] const Row& row() const noexcept { return facts_.row; }  ///< The newest one.
   [[nodiscard]] const AlarmFacts& facts() const noexcept { return facts_; }
@@ -110,6 +115,8 @@ class AxisMonitor {
   using Sample = std::span<const double>;
 
   void gather(Sample sample);
+  void put(const online::AxisSample<double>& s, double position);
+  void miss_while_gathering(std::uint64_t count);
   void begin_gathering();
   void rest(std::string reason);
   void follow(Sample sample, Output& out);
@@ -133,6 +140,8 @@ class AxisMonitor {
   data::Record stretch_;
   std::uint64_t stretch_first_ = 0;  // its first sample
   std::size_t due_ = 0, attempts_ = 0;
+  std::uint64_t gap_ = 0;                            // samples missing after its last one
+  std::uint64_t filled_ = 0, broken_stretches_ = 0;  // missing ones in it; those before it that gaps ended
   std::uint64_t rest_until_ = 0, rest_samples_ = 0;
   std::string reason_;
 

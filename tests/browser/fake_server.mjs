@@ -108,6 +108,8 @@ export class Simulation {
     this.alarms = new Map();
     this.events = [];
     this.maintained = new Map();
+    this.diskFull = false;
+    this.without = new Set(["lift-3"]); // a baseline's response
     this.pause = 0;
     this.addAlarms();
   }
@@ -163,7 +165,7 @@ export class Simulation {
     const worst = [...open, ...active][0];
     const n = Math.round((now - this.start + 3600) * 1000);
     return {
-      name, ...state, motion: name === "gantry-y" ? "linear" : "rotary", age_s: this.ageOf(name, now), latency_s: 0.04 + 0.03 * uniform(name + "l"), rate_hz: 1000, sample: n, ...(worst ? { worst_alarm: { severity: worst.severity, text: worst.text } } : {}),
+      name, ...state, motion: name === "gantry-y" ? "linear" : "rotary", age_s: this.ageOf(name, now), latency_s: 0.04 + 0.03 * uniform(name + "l"), rate_hz: 1000, sample: n, maintenance_until_time_s: this.maintained.get(name), ...(worst ? { worst_alarm: { severity: worst.severity, text: worst.text } } : {}),
       alarms: active.length, unacknowledged: open.length, figures,
       samples: { received: n, missing: name === "feeder-b" ? 120 : 0, late: name === "feeder-b" ? 7 : 0, duplicate: 0, lost: 0 },
       faults: name === "feeder-b" ? [{ kind: "format", count: 3, text: "line 17: <script>alert('no')</script> is no number" }] : [], source: name === "press-2" ? "plc" : "broker",
@@ -199,7 +201,7 @@ export class Simulation {
     const base = curve(this.base.get(name), false);
     delete base.coherence;
     delete base.loop;
-    return { time_s: t, ...curve(this.machineAt(name, t), true), baseline: base };
+    return { time_s: t, ...curve(this.machineAt(name, t), true), ...(this.without.has(name) ? {} : { baseline: base }) };
   }
 
   /** By the machine of the baseline itself, without its response. */
@@ -289,10 +291,16 @@ export class Simulation {
   do(name, what, { who, reason, seconds }, time) {
     if (what === "baseline") {
       this.base.set(name, this.machineAt(name, time));
+      this.without.delete(name);
       for (const old of this.baselines.get(name)) old.active = false;
       this.baselines.get(name).unshift({ sample: 2000, active: true, time_s: time, who, reason, figures: this.figuresWithStd(name, this.valuesAt(name, time)) });
     }
     if (what === "maintenance") this.maintained.set(name, time + seconds);
+    if (what === "end-maintenance") this.maintained.delete(name);
+    for (const alarm of this.alarms.values()) {
+      if (alarm.axis === name && this.maintained.has(name)) alarm.suppressed = "maintenance";
+      else if (alarm.axis === name) delete alarm.suppressed;
+    }
     this.events.push({ time_s: time, axis: name, transition: what, who, reason });
   }
 }
@@ -359,7 +367,7 @@ export async function startServer({ axes = 12, token = null, readToken = false, 
         version: "0.1.0", started_time_s: simulation.start - 3600, uptime_s: now - simulation.start + 3600, axes: simulation.names.length,
         sources: [{ name: "broker", kind: "mqtt", state: "running", promise: "nothing lost while the broker's queue lasts", messages: 123456, bytes: 987654321, lost: 0, text: "" },
           { name: "plc", kind: "tcp", state: "waiting", promise: "nothing lost if the client keeps until acknowledged", messages: 4711, bytes: 1234567, lost: 12, text: "connection refused" }],
-        store: { bytes: 345678901, pending: 3, disk_full: false }, threshold: { false_alarm_interval_s: 3.6e6, per_figure_s: 3.6e6 * 12 * 11 },
+        store: { bytes: 345678901, pending: 3, disk_full: simulation.diskFull, failing: simulation.diskFull, over_limit: false, text: simulation.diskFull ? "database or disk is full" : "" }, threshold: { false_alarm_interval_s: 3.6e6, per_figure_s: 3.6e6 * 12 * 11 },
       };
     }
     throw fault(404, "no such path");
@@ -373,8 +381,9 @@ export async function startServer({ axes = 12, token = null, readToken = false, 
       broadcastAlarm(simulation.act(Number(name), action, body, now));
       return { accepted: true };
     }
-    if (what === "axes" && simulation.names.includes(name) && ["baseline", "relearn", "maintenance"].includes(action)) {
+    if (what === "axes" && simulation.names.includes(name) && ["baseline", "relearn", "maintenance", "end-maintenance"].includes(action)) {
       simulation.do(name, action, body, now);
+      if (action.endsWith("maintenance")) for (const alarm of simulation.alarms.values()) if (alarm.axis === name) broadcastAlarm(alarm);
       return { accepted: true };
     }
     throw fault(404, "no such path");
@@ -432,8 +441,8 @@ export async function startServer({ axes = 12, token = null, readToken = false, 
   });
 
   /** What changes from frame to frame. */
-  const short = ({ state, trusted, verdict, why, age_s, latency_s, sample, worst_alarm, alarms, unacknowledged, figures }) => whole({
-    state, trusted, verdict, why, age_s, latency_s, sample, worst_alarm, alarms, unacknowledged,
+  const short = ({ state, trusted, verdict, why, age_s, latency_s, sample, maintenance_until_time_s, worst_alarm, alarms, unacknowledged, figures }) => whole({
+    state, trusted, verdict, why, age_s, latency_s, sample, maintenance_until_time_s, worst_alarm, alarms, unacknowledged,
     figures: Object.fromEntries(Object.entries(figures).map(([f, { value, std, change, change_std }]) => [f, { value, std, change, change_std }])),
   });
 

@@ -148,6 +148,40 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
     noTrouble();
   });
 
+  test("maintenance is begun, seen on every list, and ended", async () => {
+    await visit("#/axis/belt-1");
+    await says(".verdict", /^Alarm Stiffness fell/);
+    assert.equal(await page.$eval(".maintenance", (e) => e.hidden), true);
+    await press("Begin maintenance");
+    await answer({ who: "Kim", reason: "new belt", seconds: "14400" });
+    await says(".maintenance", /^Maintenance until \d{4}-\d\d-\d\d \d\d:\d\d: no alarm of this axis is told\. End maintenance$/);
+    const end = await page.evaluate(async (seconds) => (await import("./words.js")).moment(seconds, false), server.simulation.maintained.get("belt-1"));
+    assert.match(await text(".maintenance"), new RegExp(`until ${end}:`));
+    await says(".axis-alarms", /belt-1: Stiffness fell .* suppressed: maintenance/);
+    await picture(page, "maintenance-axis");
+    await page.goto(server.url + "#/");
+    await says(`${row("belt-1")} .row-head`, new RegExp(`^belt-1 Trusted Maintenance until ${end}$`));
+    await says("#strip .alarms", /^1 alarm active$/);
+    await press("In maintenance 1");
+    await says(".hits", /^1 axis of 12$/);
+    await picture(page, "maintenance-fleet", false);
+    await page.setViewport({ width: 360, height: 780 });
+    await picture(page, "maintenance-fleet-phone", false);
+    await fits(page, axe, "fleet with maintenance on a phone");
+    await page.goto(server.url + "#/axis/belt-1");
+    await says(".maintenance", /^Maintenance until/);
+    await picture(page, "maintenance-axis-phone", false);
+    await fits(page, axe, "axis in maintenance on a phone");
+    await press("End maintenance");
+    await answer({});
+    await says("#notices", /^Maintenance ended: belt-1$/);
+    await page.waitForFunction(() => document.querySelector(".maintenance").hidden);
+    await says(".verdict", /^Alarm Stiffness fell/);
+    assert.deepEqual(server.log.posts.map((p) => [p.path.split("/").at(-1), p.body]),
+      [["maintenance", { who: "Kim", reason: "new belt", seconds: 14400 }], ["end-maintenance", { who: "Kim" }]]);
+    noTrouble();
+  });
+
   test("a baseline is set, and changes are told against it", async () => {
     await visit("#/axis/belt-1");
     await says(".figures-table tr:nth-child(3)", /^Stiffness .*exceeded/);
@@ -156,6 +190,19 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
     await says(".figures-table tr:nth-child(3)", /^Stiffness [\d.]+ ± [\d.]+ Nm\/rad [\d.]+ Nm\/rad \([+−][0-3]\.\d+ ± [\d.]+\) % ±[\d.]+ Nm\/rad [\d.]+$/);
     await says("main", /Kim new belt Resonance [\d.]+ ± [\d.]+ Hz/);
     assert.equal(server.log.posts[0].path, "/api/v1/axes/belt-1/baseline");
+    // An axis that had none: from then on its response stands behind the live one.
+    await page.evaluate(() => { location.hash = "#/axis/lift-3"; });
+    await says("h1", /^lift-3$/);
+    await says(".live .legend", /now/);
+    assert.doesNotMatch(await text(".live .legend"), /baseline/);
+    await press("Set baseline");
+    await answer({ reason: "first run" });
+    await says(".live .legend", /now .*baseline/);
+    await says(".nyquist", /L of the baseline, controller of now/);
+    await picture(page, "baseline");
+    await page.setViewport({ width: 360, height: 780 });
+    await says(".live .legend", /now .*baseline/);
+    await picture(page, "baseline-phone");
     noTrouble();
   });
 
@@ -384,6 +431,35 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
     await says("main", /One false alarm of the installation in 42 days/);
     await says("main", /Stored 346 MB/);
     await says("main", /winder-5 Acknowledged Lee full reel/);
+    noTrouble();
+  });
+
+  test("a full disk stands on top of every page until there is room", async () => {
+    await visit("#/status");
+    await says("main", /Disk has room/);
+    assert.equal(await page.$eval("#strip .store", (e) => e.hidden), true);
+    server.simulation.diskFull = true;
+    const disk = { id: 14, alarm: "disk", severity: "high", acknowledged: true, text: "database or disk is full", since_time_s: Date.now() / 1000, raised_time_s: Date.now() / 1000 };
+    server.raise(disk);
+    await says("#announce", /^Disk full: nothing is stored$/);
+    await says("main", /Disk FULL: nothing is stored until there is room/);
+    for (const [name, address] of Object.entries(PAGES)) {
+      await page.evaluate((where) => { location.hash = where; }, address);
+      await says("#strip .store", /^Disk full: nothing is stored$/);
+      assert.ok(await page.$eval("#strip .store", (e) => e.checkVisibility() && e.classList.contains("bad")), name);
+      await says("#strip .alarms", /^3 alarms active, 1 not acknowledged$/);
+    }
+    await page.goto(server.url + "#/alarms");
+    await says('[data-alarm="14"]', /^Installation: database or disk is full High; active, acknowledged; raised [\d :-]+$/);
+    await picture(page, "disk-full", false);
+    await page.setViewport({ width: 360, height: 780 });
+    await picture(page, "disk-full-phone", false);
+    await fits(page, axe, "full disk on a phone");
+    server.simulation.diskFull = false;
+    server.raise({ ...disk, active: false, cleared_time_s: Date.now() / 1000 });
+    await says("#announce", /^Everything is stored again$/);
+    await page.waitForFunction(() => document.querySelector("#strip .store").hidden);
+    await says("#strip .alarms", /^2 alarms active, 1 not acknowledged$/);
     noTrouble();
   });
 

@@ -198,13 +198,34 @@ describe("page of the real service", { skip: SKIP }, () => {
 
   test("a baseline is set, and what is now is usual", async () => {
     await visit("#/axis/belt");
+    await says(".live .legend", /now/);
+    assert.doesNotMatch(await texts(".live .legend").then((all) => all.join()), /baseline/, "none is configured, and none was set");
     await press("Set baseline");
     await answer({ reason: "new belt" });
     await says("#notices", /^Baseline set: belt$/);
     await says("main", /\(in use\) Kim new belt Resonance [\d.]+ ± [\d.]+ Hz/);
+    await says(".live .legend", /now .*baseline/);
+    await says(".nyquist", /L of the baseline, controller of now/);
     await page.waitForFunction(async () => (await (await fetch("api/v1/alarms?axis=belt&limit=100")).json()).alarms.every((a) => a.alarm !== "stiffness" || !a.active), { polling: 200, timeout: ALARM_MS });
     await visit("#/alarms?state=all");
     await says(".alarm-list", /belt: Stiffness .*cleared/);
+    noTrouble();
+  });
+
+  test("maintenance stands in the fleet with its end, and is ended", async () => {
+    await visit("#/axis/steady");
+    await press("Begin maintenance");
+    await answer({ reason: "greasing", seconds: "3600" });
+    await says(".maintenance", /^Maintenance until \d{4}-\d\d-\d\d \d\d:\d\d: no alarm of this axis is told\. End maintenance$/);
+    await visit("#/");
+    await says(`${row("steady")} .row-head`, /Maintenance until \d{4}-\d\d-\d\d \d\d:\d\d$/);
+    await visit("#/axis/steady");
+    await press("End maintenance");
+    await answer({});
+    await page.waitForFunction(() => document.querySelector(".maintenance").hidden);
+    assert.equal((await told("axes/steady")).maintenance_until_time_s, undefined);
+    await visit("#/status");
+    await says("main", /steady End maintenance Kim .*steady Maintenance Kim greasing/i);
     noTrouble();
   });
 

@@ -42,7 +42,7 @@ class JetStreamSource final : public BrokerSource {
   }
 
  private:
-  [[nodiscard]] std::string run() override {
+  [[nodiscard]] std::string serve() override {
     const auto connection = NatsConnection::open(settings_.servers);
     if (!connection)
       return fmt::format("{}: {}", connection.error().where.view(), connection.error().requirement.view());
@@ -72,20 +72,20 @@ class JetStreamSource final : public BrokerSource {
     });
     if (status != NATS_OK) return nats_text(status);
     natsSubscription_SetPendingLimits(subscription.get(), -1, -1);  // they are asked for one batch at a time
-    set(SourceState::running);
+    set_state(SourceState::running);
     std::uint64_t reconnects = connection.reconnects();
     auto checked = std::chrono::steady_clock::now();
     while (!stopping()) {
       if (connection.closed()) return "the server has closed the connection";
       if (!connection.connected()) {
-        set(SourceState::waiting, "no server answers");
-        wait(1e-3 * kFetch_ms);
+        set_state(SourceState::waiting, "no server answers");
+        static_cast<void>(wait(1e-3 * kFetch_ms));
         continue;
       }
       if (const auto now_reconnects = connection.reconnects(); now_reconnects != reconnects) {
         if (std::string why = settle(false); !why.empty()) return why;
         reconnects = now_reconnects;
-        set(SourceState::running);
+        set_state(SourceState::running);
       }
       Fetched fetched;
       const natsStatus got =
@@ -116,7 +116,7 @@ class JetStreamSource final : public BrokerSource {
         if (std::string why = settle(false); !why.empty()) return why;
       due_ = data->Sequence.Consumer + 1;
       if (data->Sequence.Stream > last_) {
-        if (settings_.subjects.filter.empty()) feed_.count_lost(data->Sequence.Stream - last_ - 1);
+        if (settings_.subjects.filter.empty()) delivery_.count_lost(data->Sequence.Stream - last_ - 1);
         if (!give(message, data->Sequence.Stream)) return {};
         last_ = data->Sequence.Stream;
       }
@@ -215,7 +215,7 @@ class JetStreamSource final : public BrokerSource {
   /// All messages up to this one are in the rings, since they come in their order; 0: it is not known.
   [[nodiscard]] std::uint64_t newest_known() const {
     std::uint64_t newest = 0;
-    for (Intake* const intake : feed_.axes().all())
+    for (Intake* const intake : delivery_.axes().all())
       if (const SourcePosition position = intake->position();
           position.word[0] == created_ && position.word[2] > 0)
         newest = std::max(newest, position.word[2] - 1);  // that one may be there in part

@@ -7,7 +7,6 @@
 #include <functional>
 #include <memory>
 #include <mutex>
-#include <resonid/base/enum_names.hpp>
 #include <resonid/base/expected.hpp>
 #include <span>
 #include <string>
@@ -15,17 +14,11 @@
 #include <thread>
 
 #include "monitor/brokers/access.hpp"
+#include "monitor/brokers/mqtt_version.hpp"
 
 struct mosquitto;
 
 namespace resonid::monitor {
-
-enum class MqttVersion : std::uint8_t { v3_1_1, v5 };
-inline constexpr EnumName<MqttVersion> kMqttVersionNames[] = {{MqttVersion::v3_1_1, "3.1.1"},
-                                                              {MqttVersion::v5, "5"}};
-[[nodiscard]] constexpr std::span<const EnumName<MqttVersion>> enum_names(MqttVersion) noexcept {
-  return kMqttVersionNames;
-}
 
 struct MqttSettings {
   std::string host = "localhost";

@@ -4,34 +4,29 @@
 #include <fmt/core.h>
 #include <mosquitto.h>
 
-#include <mutex>
+#include "monitor/sources/thread_source.hpp"
 
 namespace resonid::monitor {
 namespace {
 
 constexpr int kFirstRefusal = 128;  // of the codes that a broker answers a subscription with
 
-class MqttSource final : public Source {
+class MqttSource final : public CountingSource {
  public:
   MqttSource(MqttSourceSettings settings, Axes& axes)
-      : feed_(axes, std::move(settings.topics), kMqttTopics),
+      : CountingSource(axes),
+        feed_(delivery_, std::move(settings.topics), kMqttTopics),
+        qos_(settings.qos),
         client_(std::move(settings.broker), handlers()) {}
   ~MqttSource() override { MqttSource::stop(); }
 
   void start() override {
     if (const auto started = client_.start(); !started)
-      set(SourceState::failed, started.error().requirement.str());
+      set_state(SourceState::failed, started.error().requirement.str());
   }
   void stop() override {
-    feed_.stop();
+    delivery_.stop();
     client_.stop();
-  }
-  [[nodiscard]] SourceStatus status() const override {
-    SourceStatus status = feed_.status();
-    const std::lock_guard lock(mutex_);
-    status.state = state_;
-    if (!text_.empty()) status.text = status.text.empty() ? text_ : fmt::format("{}; {}", text_, status.text);
-    return status;
   }
   [[nodiscard]] std::string_view promise() const noexcept override {
     return "nothing, as long as the broker keeps the session and its queue has room; what comes twice is "
@@ -43,23 +38,17 @@ class MqttSource final : public Source {
   MqttClient::Handlers handlers() {
     MqttClient::Handlers handlers;
     handlers.connected = [this](bool session) { connected(session); };
-    handlers.waiting = [this](const std::string& why) { set(SourceState::waiting, why); };
+    handlers.waiting = [this](const std::string& why) { set_state(SourceState::waiting, why); };
     handlers.message = [this](std::string_view topic, std::string_view payload) { message(topic, payload); };
     handlers.subscribed = [this](int, std::span<const int> granted) { subscribed(granted); };
     return handlers;
   }
 
-  void set(SourceState state, std::string text) {
-    const std::lock_guard lock(mutex_);
-    state_ = state;
-    text_ = std::move(text);
-  }
-
   void connected(bool session) {
     std::vector<std::string> filters;
     for (const auto& topic : feed_.topics()) filters.push_back(topic.filter);
-    const auto sent = client_.subscribe(filters, 1);
-    if (!sent) return set(SourceState::waiting, sent.error().requirement.str());
+    const auto sent = client_.subscribe(filters, qos_);
+    if (!sent) return set_state(SourceState::waiting, sent.error().requirement.str());
     forgotten_ = had_session_ && !session;
     had_session_ = true;
   }
@@ -72,9 +61,10 @@ class MqttSource final : public Source {
       if (granted[k] >= kFirstRefusal)
         refused += fmt::format("{}the broker refuses to tell of '{}'", refused.empty() ? "" : "; ",
                                topics[k].filter);
-    set(SourceState::running, refused.empty() && forgotten_
-                                  ? "the broker had forgotten the session: what was sent meanwhile is lost"
-                                  : std::move(refused));
+    set_state(SourceState::running,
+              refused.empty() && forgotten_
+                  ? "the broker had forgotten the session: what was sent meanwhile is lost"
+                  : std::move(refused));
   }
 
   void message(std::string_view topic, std::string_view payload) {
@@ -84,18 +74,16 @@ class MqttSource final : public Source {
       bool matches = false;
       mosquitto_topic_matches_sub(topics[k].filter.c_str(), name.c_str(), &matches);
       if (!matches) continue;
-      if (feed_.stopping() || !feed_.take(k, topic, payload)) client_.refuse();
+      if (delivery_.stopping() || !feed_.take(k, topic, payload)) client_.refuse();
       return;
     }
     feed_.count_unknown(topic, "was subscribed to before; a new client id is required to forget it");
   }
 
   Feed feed_;
+  int qos_;
   MqttClient client_;
   bool had_session_ = false, forgotten_ = false;
-  mutable std::mutex mutex_;
-  SourceState state_ = SourceState::starting;
-  std::string text_;
 };
 
 }  // namespace
@@ -103,6 +91,7 @@ class MqttSource final : public Source {
 expected<std::unique_ptr<Source>, Error> make_mqtt_source(MqttSourceSettings settings, Axes& axes) {
   if (settings.broker.client_id.empty())
     return refuse("client_id", "a client id is required, by which the broker knows its session");
+  if (settings.qos != 0 && settings.qos != 1) return refuse("qos", "must be 0 or 1", settings.qos);
   if (settings.topics.empty()) return refuse("topics", "at least one filter of topics is required");
   for (const auto& topic : settings.topics)
     if (topic.filter.empty() || mosquitto_sub_topic_check(topic.filter.c_str()) != MOSQ_ERR_SUCCESS)

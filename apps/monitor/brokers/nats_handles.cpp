@@ -3,6 +3,9 @@
 
 #include <fmt/core.h>
 
+#include <fstream>
+#include <iterator>
+
 namespace resonid::monitor {
 namespace {
 
@@ -17,12 +20,22 @@ natsStatus set_tls(natsOptions* options, const Tls& tls) {
   return status;
 }
 
+natsStatus set_token(natsOptions* options, const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  if (text.find("-----BEGIN") != std::string::npos)
+    return natsOptions_SetUserCredentialsFromFiles(options, path.c_str(), nullptr);
+  const std::size_t first = text.find_first_not_of(" \t");
+  if (first == std::string::npos) return NATS_INVALID_ARG;
+  return natsOptions_SetToken(options,
+                              text.substr(first, text.find_first_of(" \t\r\n", first) - first).c_str());
+}
+
 natsStatus set_access(natsOptions* options, const NatsSettings& settings) {
   natsStatus status = NATS_OK;
   if (const auto& credentials = settings.access.credentials)
     status = natsOptions_SetUserInfo(options, credentials->user.c_str(), credentials->password.c_str());
-  if (status == NATS_OK && !settings.token_file.empty())
-    status = natsOptions_SetUserCredentialsFromFiles(options, settings.token_file.c_str(), nullptr);
+  if (status == NATS_OK && !settings.token_file.empty()) status = set_token(options, settings.token_file);
   if (status == NATS_OK && settings.access.tls) status = set_tls(options, *settings.access.tls);
   return status;
 }

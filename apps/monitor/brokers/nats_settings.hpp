@@ -12,7 +12,9 @@ namespace resonid::monitor {
 struct NatsSettings {
   std::vector<std::string> servers = {"nats://localhost:4222"};  ///< Of one cluster.
   Access access = {};
-  std::filesystem::path token_file = {};  ///< Of NATS (`.creds`), instead of user and password.
+  /// Instead of user and password: the token in the first line, or credentials of NATS (`.creds`, with
+  /// `-----BEGIN`).
+  std::filesystem::path token_file = {};
 };
 
 }  // namespace resonid::monitor

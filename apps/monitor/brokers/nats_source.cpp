@@ -36,7 +36,7 @@ class NatsSource final : public BrokerSource {
     bool ended = false;
   };
 
-  [[nodiscard]] std::string run() override {
+  [[nodiscard]] std::string serve() override {
     const auto connection = NatsConnection::open(settings_.servers);
     if (!connection)
       return fmt::format("{}: {}", connection.error().where.view(), connection.error().requirement.view());
@@ -63,9 +63,9 @@ class NatsSource final : public BrokerSource {
     while (!stopping()) {
       if (connection.closed()) return error.empty() ? "the server has closed the connection" : error;
       if (auto newest = connection.take_error(); !newest.empty()) error = std::move(newest);
-      set(connection.connected() ? SourceState::running : SourceState::waiting,
-          connection.connected() || !error.empty() ? error : "no server answers");
-      wait(kLook_s);
+      set_state(connection.connected() ? SourceState::running : SourceState::waiting,
+                connection.connected() || !error.empty() ? error : "no server answers");
+      static_cast<void>(wait(kLook_s));
       for (auto& subscription : subscriptions) count_dropped(subscription);
     }
     return {};
@@ -93,16 +93,16 @@ class NatsSource final : public BrokerSource {
   void count_dropped(Subscription& subscription) {
     std::int64_t dropped = 0;
     if (natsSubscription_GetDropped(subscription.handle.get(), &dropped) != NATS_OK) return;
-    feed_.count_lost(static_cast<std::uint64_t>(dropped - subscription.dropped));
+    delivery_.count_lost(static_cast<std::uint64_t>(dropped - subscription.dropped));
     subscription.dropped = dropped;
   }
 
   static void on_message(natsConnection*, natsSubscription*, natsMsg* raw, void* closure) {
     const NatsMessage message(raw);
     const auto& subscription = *static_cast<Subscription*>(closure);
-    Feed& feed = subscription.source->feed_;
-    if (feed.stopping() || !feed.take(subscription.topic, natsMsg_GetSubject(raw), payload_of(raw)))
-      feed.count_lost(1);
+    NatsSource& source = *subscription.source;
+    if (source.stopping() || !source.feed_.take(subscription.topic, natsMsg_GetSubject(raw), payload_of(raw)))
+      source.delivery_.count_lost(1);
   }
 
   static void on_end(void* closure) {

@@ -27,9 +27,9 @@ class Publisher {
   /// Errors: key, topic or body are none; field "publisher": no confirmation, and why.
   [[nodiscard]] virtual expected<void, Error> publish(std::string_view key, std::string_view topic,
                                                       std::string_view body) = 0;
-  /// From another thread: a publish() that waits comes back soon, without confirmation, and so does every
-  /// later one. Where it does nothing the waits are of a few seconds.
-  virtual void interrupt() {}
+  /// From another thread: a publish() that waits comes back within a second (a webhook that connects: 3 s),
+  /// without confirmation, and so does every later one.
+  virtual void interrupt() = 0;
 };
 
 /// The body with its key. Errors (fields "key", "body"): as above.

@@ -17,18 +17,18 @@ constexpr std::size_t kHead = 4'096;       // bytes that tell the format of a st
 constexpr std::size_t kLongHead = 65'536;  // of one without an end of line
 
 /// Most particular first: everything that is text may be CSV.
-constexpr PayloadFormat kGuesses[] = {PayloadFormat::frame, PayloadFormat::json, PayloadFormat::line_protocol,
-                                      PayloadFormat::csv};
+constexpr SampleFormat kGuesses[] = {SampleFormat::frame, SampleFormat::json, SampleFormat::line_protocol,
+                                     SampleFormat::csv};
 
-bool may_be(PayloadFormat format, std::string_view payload) {
+bool may_be(SampleFormat format, std::string_view payload) {
   switch (format) {
-    case PayloadFormat::frame:
+    case SampleFormat::frame:
       return payload.starts_with("RSN");
-    case PayloadFormat::json:
+    case SampleFormat::json:
       return !payload.empty() && (payload.front() == '{' || payload.front() == '[');
-    case PayloadFormat::line_protocol:
+    case SampleFormat::line_protocol:
       return payload.find('=') != std::string_view::npos;
-    case PayloadFormat::csv:
+    case SampleFormat::csv:
       break;
   }
   return true;
@@ -53,36 +53,25 @@ bool has_samples(const Arrival& arrival) {
                                                [](double value) { return std::isnan(value); });
 }
 
-using TakeGuessed = std::function<void(const Guess&, const Arrival&)>;
+using TakeGuessed = std::function<void(const Format&, const Arrival&)>;
 
 /// Reads a message in the first format that gives samples; nothing where none does.
-std::optional<Guess> read_unknown(std::string_view payload, const TakeGuessed& take) {
-  const auto reads = [&](const Guess& guess) {
+std::optional<Format> read_unknown(std::string_view payload, const TakeGuessed& take) {
+  const auto reads = [&](const Format& guess) {
     bool any = false;
     FaultLog faults;
-    TopicSettings settings;
-    settings.format = guess.format;
-    settings.columns = guess.columns;
-    MessageReader(settings, faults).read(payload, [&](const Arrival& arrival) {
-      if (!has_samples(arrival)) return;
-      take(guess, arrival);
+    Decoder(guess, faults).message(payload, [&](const Message& message) {
+      const auto* arrival = std::get_if<Arrival>(&message);
+      if (arrival == nullptr || !has_samples(*arrival)) return;
+      take(guess, *arrival);
       any = true;
     });
     return any;
   };
-  for (const PayloadFormat format : kGuesses)
-    if (Guess guess{format}; may_be(format, payload) && reads(guess)) return guess;
-  if (Guess guess{PayloadFormat::csv, numbered_columns(payload)}; reads(guess)) return guess;
+  for (const SampleFormat format : kGuesses)
+    if (Format guess{format}; may_be(format, payload) && reads(guess)) return guess;
+  if (Format guess{SampleFormat::csv, numbered_columns(payload)}; reads(guess)) return guess;
   return std::nullopt;
-}
-
-TextSettings text_settings(const Guess& guess) {
-  TextSettings text;
-  text.format = guess.format == PayloadFormat::json            ? TextFormat::json
-                : guess.format == PayloadFormat::line_protocol ? TextFormat::line_protocol
-                                                               : TextFormat::csv;
-  text.columns = guess.columns;
-  return text;
 }
 
 }  // namespace
@@ -99,21 +88,21 @@ Scout::Seen* Scout::seen(Key key) {
 }
 
 void Scout::add(std::string_view name, std::string_view stream, std::string_view payload, double time_s) {
-  const auto guess = read_unknown(payload, [&](const Guess& format, const Arrival& arrival) {
+  const auto guess = read_unknown(payload, [&](const Format& format, const Arrival& arrival) {
     note(name, stream, format, arrival, time_s);
   });
   if (guess) return;
   if (Seen* const s = seen({std::string(stream), std::string(name), {}})) ++s->what.messages;
 }
 
-void Scout::note(std::string_view name, std::string_view stream, const Guess& guess, const Arrival& arrival,
+void Scout::note(std::string_view name, std::string_view stream, const Format& guess, const Arrival& arrival,
                  double time_s) {
   if (!has_samples(arrival)) return;
   Seen* const place = seen({std::string(stream), std::string(name), std::string(arrival.axis)});
   if (place == nullptr) return;
   Seen& s = *place;
   ++s.what.messages;
-  s.what.format = guess.format;
+  s.what.format = guess.kind;
   s.what.named = guess.columns.empty();
   s.what.told_rate_hz = arrival.sample_rate_hz;
   s.what.numbered = arrival.first_sample.has_value();
@@ -164,24 +153,20 @@ std::vector<Discovered> Scout::found() const {
   return all;
 }
 
-TextDecoder::Take ByteScout::noting(double time_s) {
-  return [this, time_s](const Arrival& arrival) { scout_.note({}, {}, guess_, arrival, time_s); };
-}
-
-void ByteScout::read(std::string_view bytes, double time_s) {
-  if (auto* text = std::get_if<TextDecoder>(&decoder_)) return text->add(bytes, noting(time_s));
-  std::get<FrameDecoder>(decoder_).add(bytes, [&](const Message& message) {
-    if (const auto* arrival = std::get_if<Arrival>(&message)) {
-      scout_.note({}, {}, guess_, *arrival, time_s);
-      if (on_frame_) on_frame_(arrival->axis);
-    } else if (const auto* question = std::get_if<Question>(&message); question != nullptr && on_frame_) {
+Decoder::Take ByteScout::noting(double time_s) {
+  return [this, time_s](const Message& message) {
+    const auto* arrival = std::get_if<Arrival>(&message);
+    if (arrival != nullptr) scout_.note({}, {}, guess_, *arrival, time_s);
+    if (!on_frame_ || guess_.kind != SampleFormat::frame) return;
+    if (arrival != nullptr)
+      on_frame_(arrival->axis);
+    else if (const auto* question = std::get_if<Question>(&message))
       on_frame_(question->axis);
-    }
-  });
+  };
 }
 
 void ByteScout::add(std::string_view bytes, double time_s) {
-  if (decoder_.index() != 0) return read(bytes, time_s);
+  if (decoder_) return decoder_->add(bytes, noting(time_s));
   head_ += bytes;
   const bool enough = head_.size() >= kHead && head_.find('\n') != std::string::npos;
   if (head_.starts_with("RSN") || enough || head_.size() >= kLongHead) decide(time_s);
@@ -191,22 +176,18 @@ void ByteScout::add(std::string_view bytes, double time_s) {
 void ByteScout::decide(double time_s) {
   const std::size_t end = head_.rfind('\n');
   const std::string_view whole = std::string_view(head_).substr(0, end == std::string::npos ? end : end + 1);
-  if (head_.starts_with("RSN")) {  // a question may come first
-    guess_.format = PayloadFormat::frame;
-    decoder_.emplace<FrameDecoder>(faults_);
-  } else if (auto guess = read_unknown(whole, [](const Guess&, const Arrival&) {})) {
-    guess_ = std::move(*guess);
-    decoder_.emplace<TextDecoder>(text_settings(guess_), faults_);
-  } else {  // words; numbers may come
-    decoder_.emplace<TextDecoder>(TextSettings{}, faults_);
-  }
-  read(head_, time_s);
+  if (head_.starts_with("RSN"))  // a question may come first
+    guess_.kind = SampleFormat::frame;
+  else if (auto guess = read_unknown(whole, [](const Format&, const Arrival&) {}))
+    guess_ = std::move(*guess);  // else words; numbers may come
+  decoder_.emplace(guess_, faults_);
+  decoder_->add(head_, noting(time_s));
   head_.clear();
 }
 
 void ByteScout::finish(double time_s) {
-  if (decoder_.index() == 0) decide(time_s);
-  if (auto* text = std::get_if<TextDecoder>(&decoder_)) text->finish(noting(time_s));
+  if (!decoder_) decide(time_s);
+  decoder_->finish(noting(time_s));
 }
 
 }  // namespace resonid::monitor

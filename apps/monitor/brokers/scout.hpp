@@ -7,7 +7,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <variant>
 #include <vector>
 
 #include "monitor/brokers/feed.hpp"
@@ -20,7 +19,7 @@ struct Discovered {
   std::string name;    ///< Topic or subject; empty: of a file or a port.
   std::string stream;  ///< Of JetStream; empty: none.
   std::string axis;    ///< As the messages name it; empty: they do not.
-  std::optional<PayloadFormat> format;
+  std::optional<SampleFormat> format;
   std::vector<std::string> columns;
   bool named = true;                         ///< The columns; else they are called "column 1" ...
   std::vector<std::vector<double>> samples;  ///< [column][sample] The first ones.
@@ -37,19 +36,14 @@ struct Discovered {
   }
 };
 
-/// How unknown bytes seem to be written.
-struct Guess {
-  PayloadFormat format = PayloadFormat::csv;
-  std::vector<std::string> columns = {};  ///< For numbers without names.
-};
-
 /// Finds out what unknown messages carry. Remembers 10 000 axes, and of their first samples 4 million values.
 class Scout {
  public:
   /// A whole message. @param time_s of arrival, of any origin
   void add(std::string_view name, std::string_view stream, std::string_view payload, double time_s);
-  /// Samples that somebody else has read.
-  void note(std::string_view name, std::string_view stream, const Guess& guess, const Arrival& arrival,
+  /// Samples that somebody else has read, which seem to be written so: with columns for numbers without
+  /// names.
+  void note(std::string_view name, std::string_view stream, const Format& guess, const Arrival& arrival,
             double time_s);
   /// By stream, name, axis.
   [[nodiscard]] std::vector<Discovered> found() const;
@@ -90,15 +84,14 @@ class ByteScout {
 
  private:
   void decide(double time_s);
-  void read(std::string_view bytes, double time_s);
-  [[nodiscard]] TextDecoder::Take noting(double time_s);
+  [[nodiscard]] Decoder::Take noting(double time_s);
 
   Scout& scout_;
   OnFrame on_frame_;
   FaultLog faults_;
   std::string head_;  ///< Until the format is known.
-  Guess guess_;
-  std::variant<std::monostate, FrameDecoder, TextDecoder> decoder_;
+  Format guess_;
+  std::optional<Decoder> decoder_;
 };
 
 }  // namespace resonid::monitor

@@ -57,23 +57,24 @@ class Engine::Impl {
       Slot& s = *slots_[i];
       s.position = s.snapshot_position = s.ring->position_of(s.monitor.next_sample());
       s.ring->set_read(s.position);
+      s.timing = {s.monitor.next_sample(), s.ring->next_time_ns().value_or(now_ns()),
+                  kNs / s.monitor.spec().sample_rate_hz};
       if (options_.on_row) s.out.on_row = [this, i](const AxisMonitor& m) { options_.on_row(i, m); };
       publish(s, true);
     }
+    const std::size_t workers = std::max<std::size_t>(1, std::min(options_.workers, slots_.size()));
+    for (std::size_t w = 0; w < workers; ++w) workers_.push_back(std::make_unique<Worker>());
+    for (std::size_t i = 0; i < slots_.size(); ++i) workers_[i % workers]->axes.push_back(i);
   }
   ~Impl() { stop(0.0); }
 
   void start() {
-    const std::size_t workers = std::max<std::size_t>(1, std::min(options_.workers, slots_.size()));
     started_ = Clock::now();
-    for (std::size_t w = 0; w < workers; ++w) workers_.push_back(std::make_unique<Worker>());
-    for (std::size_t i = 0; i < slots_.size(); ++i) {
-      workers_[i % workers]->axes.push_back(i);
-      // Snapshots of the axes are spread over the time between two of one.
+    for (std::size_t i = 0; i < slots_.size(); ++i)  // spread over the time between two of one axis
       slots_[i]->snapshot_due =
           started_ + seconds(options_.snapshot_every_s * (1.0 + static_cast<double>(i)) /
                              static_cast<double>(slots_.size()));
-    }
+    for (auto& worker : workers_) worker->begun.store(started_);
     for (std::size_t i = 0; i < options_.learners; ++i) threads_.emplace_back([this] { learn(); });
     for (auto& worker : workers_) threads_.emplace_back([this, &w = *worker] { work(w); });
   }
@@ -122,6 +123,13 @@ class Engine::Impl {
     const double passed = duration<double>(Clock::now() - started_).count();
     return passed > 0.0 ? static_cast<double>(busy_ns_.load()) / kNs / passed : 0.0;
   }
+  [[nodiscard]] double round_s() const noexcept {
+    if (stopping_.load()) return 0.0;
+    Clock::duration longest{};
+    const auto now = Clock::now();
+    for (const auto& worker : workers_) longest = std::max(longest, now - worker->begun.load());
+    return duration<double>(longest).count();
+  }
 
  private:
   struct Asked {
@@ -133,17 +141,27 @@ class Engine::Impl {
         : monitor(std::move(axis.monitor)),
           ring(axis.ring),
           replayed(axis.actions.begin(), axis.actions.end()),
-          next_action(1) {
+          next_action(monitor.last_action() + 1) {
       for (const auto& told : replayed) next_action = std::max(next_action, told.action.id + 1);
+      find_next_end();
+    }
+    void find_next_end() {
+      next_end_ns = monitor.alarms().maintenance_until_ns();
+      for (std::size_t i = 0; i < monitoring::kAlarms; ++i) {
+        const std::int64_t end = monitor.alarms()[monitoring::AlarmId::of(i)].shelved_until_ns;
+        if (end != 0 && (next_end_ns == 0 || end < next_end_ns)) next_end_ns = end;
+      }
     }
     AxisMonitor monitor;
     Ring* ring;
     std::deque<Told> replayed;  // actions taken before, by sample
     std::uint64_t next_action;
+    std::int64_t next_end_ns = 0;  // of maintenance or shelving, UNIX time; 0: none
     std::uint64_t position = 0, snapshot_position = 0;
     monitoring::Output out;
     Results results;
     Clock::time_point snapshot_due, publish_due, curve_due, progress = Clock::now();
+    Clock::time_point silent_until = Clock::now(), reminded{};
     struct {
       std::uint64_t sample = 0;
       std::int64_t time_ns = 0;
@@ -155,7 +173,7 @@ class Engine::Impl {
     }
     std::vector<std::pair<std::size_t, std::pair<std::string, std::string>>> by;  // whose events those are
     std::int64_t newest_ns = 0, processed_ns = 0, row_ns = 0;
-    bool snapshot_useful = false, changed = false, stale = false;
+    bool snapshot_useful = false, changed = false, silent = false;
     std::atomic<bool> learning{false};  // a learner has it
     std::atomic<std::uint64_t> stored{0};
     std::atomic<std::shared_ptr<const LiveAxis>> live;
@@ -171,6 +189,7 @@ class Engine::Impl {
     std::vector<std::size_t> axes;
     std::atomic<std::vector<Results>*> out{nullptr};  // for take()
     Clock::time_point handed_over{};
+    std::atomic<Clock::time_point> begun{Clock::now()};  // its present round
   };
 
   static Clock::duration seconds(double s) {
@@ -180,6 +199,7 @@ class Engine::Impl {
   void work(Worker& worker) {
     while (true) {
       const auto begin = Clock::now();
+      worker.begun.store(begin);
       std::size_t taken = 0;
       for (const std::size_t i : worker.axes) taken += advance(i, begin);
       const bool stopping = stopping_.load();
@@ -211,6 +231,7 @@ class Engine::Impl {
       s.snapshot_useful = true;
     }
     watch_staleness(s, now);
+    end_what_is_over(s);
     collect(index, s);
     if (now >= s.publish_due) publish(s, now >= s.curve_due);
     if (snapshot_is_due(s, now)) make_snapshot(s, now);
@@ -298,10 +319,12 @@ class Engine::Impl {
     for (auto& one : asked) {
       one.told.action.sample = next();
       one.told.action.id = s.next_action++;
-      if (one.seconds)
+      if (one.seconds) {
+        const double seconds = std::max(0.0, *one.seconds);
         one.told.action.until_sample =
-            next() + static_cast<std::uint64_t>(
-                         std::llround(std::max(0.0, *one.seconds) * s.monitor.spec().sample_rate_hz));
+            next() + static_cast<std::uint64_t>(std::llround(seconds * s.monitor.spec().sample_rate_hz));
+        one.told.action.until_ns = one.told.time_ns + std::llround(seconds * kNs);
+      }
       take_action(s, std::move(one.told), true);
     }
   }
@@ -310,19 +333,51 @@ class Engine::Impl {
     if (!s.monitor.act(told.action, s.out)) return;
     for (std::size_t i = before; i < s.out.events.size(); ++i)
       s.by.emplace_back(i, std::pair(told.who, told.reason));
+    s.find_next_end();
     if (is_new) s.results.actions.push_back(std::move(told));
   }
 
+  /// The alarm `stale`, whose delays are by the clock, as there are no samples to count.
   void watch_staleness(Slot& s, Clock::time_point now) {
-    const bool silent = duration<double>(now - s.progress).count() > options_.stale_s;
-    if (silent == s.stale || !s.replayed.empty() || s.monitor.phase() == Phase::learning) return;
-    s.stale = silent;
-    Told told;
-    told.action = {
-        s.monitor.next_sample(), silent ? ActionKind::stop : ActionKind::resume, {}, 0, s.next_action++};
-    told.time_ns = now_ns();
-    told.who = "service";
-    take_action(s, std::move(told), true);
+    const auto& rule = s.monitor.spec().alarms.stale;
+    const auto lasts = [now](Clock::time_point since, double seconds) {
+      return duration<double>(now - since).count() >= seconds;
+    };
+    s.silent = lasts(s.progress, options_.stale_s);
+    if (s.silent) s.silent_until = now;
+    if (!s.replayed.empty() || s.monitor.phase() == Phase::learning) return;
+    const bool told = s.monitor.facts().stale;
+    const double longest_s =
+        s.monitor.next_sample() > 0 ? options_.stale_s : std::max(options_.stale_s, options_.first_sample_s);
+    if (!told && lasts(s.progress, longest_s + rule.on_delay_s)) {
+      s.reminded = now;
+      act_as_service(s, {0, ActionKind::stop});
+    } else if (told && !s.silent && lasts(s.silent_until, rule.off_delay_s)) {
+      act_as_service(s, {0, ActionKind::resume});
+    } else if (told && rule.realarm_s > 0.0 && lasts(s.reminded, rule.realarm_s)) {
+      s.reminded = now;
+      act_as_service(s, {0, ActionKind::remind, {monitoring::AlarmKind::stale, {}}});
+    }
+  }
+
+  /// Maintenance and shelving end by the clock, too, as samples may not come meanwhile.
+  void end_what_is_over(Slot& s) {
+    if (s.next_end_ns == 0 || !s.replayed.empty() || s.monitor.phase() == Phase::learning) return;
+    const std::int64_t now = now_ns();
+    if (now < s.next_end_ns) return;
+    const auto& alarms = s.monitor.alarms();
+    const auto is_over = [now](std::int64_t end) { return end != 0 && end <= now; };
+    if (is_over(alarms.maintenance_until_ns()))
+      act_as_service(s, {0, ActionKind::maintenance, {}, s.monitor.next_sample()});
+    for (std::size_t i = 0; i < monitoring::kAlarms; ++i)
+      if (const auto id = monitoring::AlarmId::of(i); is_over(alarms[id].shelved_until_ns))
+        act_as_service(s, {0, ActionKind::unshelve, id});
+    s.find_next_end();
+  }
+  void act_as_service(Slot& s, monitoring::Action action) {
+    action.sample = s.monitor.next_sample();
+    action.id = s.next_action++;
+    take_action(s, {action, now_ns(), "service", {}}, true);
   }
 
   /// What the monitor gave out, with its times, for the store.
@@ -385,7 +440,9 @@ class Engine::Impl {
     live->row_ns = s.row_ns;
     live->row = m.row();
     live->changes = m.facts().changes;
-    live->stale = s.stale;
+    live->stale = s.silent;
+    if (m.alarms().maintenance_until() > m.next_sample())
+      live->maintenance_until_ns = m.alarms().maintenance_until_ns();
     for (std::size_t i = 0; i < monitoring::kWatched; ++i)
       live->watches[i] = m.watches(static_cast<monitoring::Watched>(i));
     for (std::size_t i = 0; i < monitoring::kAlarms; ++i)
@@ -463,5 +520,6 @@ std::shared_ptr<const LiveAxis> Engine::live(std::size_t axis) const { return im
 std::size_t Engine::axes() const noexcept { return impl_->axes(); }
 std::uint64_t Engine::revision() const noexcept { return impl_->revision(); }
 double Engine::busy() const noexcept { return impl_->busy(); }
+double Engine::round_s() const noexcept { return impl_->round_s(); }
 
 }  // namespace resonid::monitor

@@ -32,6 +32,7 @@ struct LiveAxis {
   std::array<bool, monitoring::kWatched> watches{};  ///< Whether changes can be told yet.
   std::array<monitoring::AlarmState, monitoring::kAlarms> alarms{};
   bool stale = false;
+  std::int64_t maintenance_until_ns = 0;  ///< UNIX time of its end; 0: there is none.
   std::string method, start;
   double memory_s = 0.0, learned_s = 0.0;
   std::shared_ptr<const monitoring::ResponseCurve> curve;
@@ -73,6 +74,7 @@ struct EngineOptions {
   std::size_t learners = 0;        ///< Threads that learn, behind the others; 0: one per two cores.
   double snapshot_every_s = 10.0;  ///< Of each axis; sooner where its ring fills.
   double stale_s = 3.0;            ///< Without samples for so long an axis is stale.
+  double first_sample_s = 60.0;    ///< The same before its very first one: who watches may come first.
   double publish_every_s = 0.05, curve_every_s = 0.5;
   /// How a UNIX time in ns is written in the texts of alarms; empty: as local date and time.
   std::function<std::string(std::int64_t)> time_text = {};
@@ -116,6 +118,9 @@ class Engine {
   [[nodiscard]] std::uint64_t revision() const noexcept;
   /// Share of a core that following took, of all workers, since the start.
   [[nodiscard]] double busy() const noexcept;
+  /// For how long the slowest worker has been at its present round through its axes, s; hardly ever more than
+  /// one.
+  [[nodiscard]] double round_s() const noexcept;
 
  private:
   class Impl;

@@ -16,6 +16,12 @@ constexpr double kClockTolerance_ns = 1e8;  // what a sender's time may differ f
 constexpr double kSlewed_ns = 1e7;          // a clock that was ahead is in step again
 constexpr double kSlewTime_ns = 1e10;       // in which a clock that is ahead is to fall into step
 constexpr double kSecond_ns = 1e9;
+constexpr double kJump_ns = 5e9;            // what a single message may change of the time
+constexpr double kClaim_ns = 3e9;           // of samples that confirm a larger change
+constexpr double kClaimTolerance_ns = 1e9;  // by which their times may waver
+constexpr double kHostTolerance_ns = 60e9;  // a time that differs by less from the host's is of now
+constexpr double kLongestSlew_ns = 600e9;   // a clock further ahead begins anew
+constexpr double kDay_ns = 86'400e9;
 constexpr std::uint64_t kMostIndex = std::uint64_t{1} << 62U;
 constexpr std::int64_t kLatestTime = std::int64_t{1} << 62U;
 constexpr std::size_t kMostGaps = 64;
@@ -25,6 +31,13 @@ constexpr double kUnnumberedReplay_s = 10.0;  // longer ones of a sender without
 std::int64_t later(std::int64_t time_ns, double ns) noexcept {
   const auto left = static_cast<double>(kLatestTime - time_ns);
   return ns < left ? time_ns + std::llround(ns) : std::max(time_ns, kLatestTime);
+}
+
+/// By how much a time is off the host's clock.
+double off_host_ns(std::int64_t time_ns) {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return std::abs(
+      static_cast<double>(time_ns - std::chrono::duration_cast<std::chrono::nanoseconds>(now).count()));
 }
 
 }  // namespace
@@ -71,7 +84,7 @@ Intake::Outcome Intake::add(const Arrival& arrival, const SourcePosition& positi
   const double rate = ring_.settings().sample_rate_hz;
   const std::uint64_t most = samples - before + static_cast<std::uint64_t>(rate);  // a gap filled included
   if (!ring_.room(std::min(most, ring_.most_samples()), 1)) return Outcome::full;
-  const auto place = place_of(arrival, before, position.told());
+  auto place = place_of(arrival, before, position.told());
   if (!place) {
     count(counters_.lost, samples - before);
     return Outcome::refused;
@@ -83,11 +96,13 @@ Intake::Outcome Intake::add(const Arrival& arrival, const SourcePosition& positi
     return Outcome::duplicate;
   }
   const bool first = ring_.end() == 0;
+  const Trust trust = trust_in(*place, first ? 0 : place->sample - next);
+  if (trust == Trust::anew) begin_anew(*place);
   const std::uint64_t gap = first ? 0 : place->sample - next;
   const bool fill =
       !place->restarted && static_cast<double>(gap) <= rate && gap + left <= ring_.most_samples();
   const std::uint64_t filled = fill ? gap : 0;
-  Clock clock = clock_at(*place, gap, first || !fill);
+  Clock clock = clock_at(*place, gap, first || !fill, trust);
   if (place->skipped > before) leave_out(due, next);
   if (gap > 0) {
     count(counters_.missing, gap);
@@ -198,9 +213,10 @@ std::optional<Intake::Place> Intake::place_of(const Arrival& arrival, std::uint6
     // More than a second, so that nobody takes the samples before and after it for consecutive ones.
     const auto second = static_cast<std::uint64_t>(ring_.settings().sample_rate_hz) + 1;
     const auto clock = ring_.next_time_ns();
-    const double ahead =
-        place.time_ns && clock ? static_cast<double>(*place.time_ns - *clock) / interval_ns : 0.0;
-    const std::uint64_t gap = std::max(second, static_cast<std::uint64_t>(std::max(0.0, ahead)));
+    double ahead_ns = place.time_ns && clock ? static_cast<double>(*place.time_ns - *clock) : 0.0;
+    if (ahead_ns > kJump_ns && off_host_ns(*place.time_ns) > kHostTolerance_ns) ahead_ns = 0.0;
+    const std::uint64_t gap =
+        std::max(second, static_cast<std::uint64_t>(std::max(0.0, ahead_ns / interval_ns)));
     faults_.note(Fault::restart,
                  fmt::format("the sender counts from {} again, where {} was due; its samples go on from {}",
                              first, next - place.offset, next + gap));
@@ -259,9 +275,59 @@ std::optional<std::int64_t> Intake::time_of(std::uint64_t sample) const {
   return *next - std::llround(std::min(before, static_cast<double>(kLatestTime)));
 }
 
+/// A small change counts at once, as does a time of now: a sender that has paused. Any other has to be
+/// confirmed, or one wrong time would spoil all that come after it.
+Intake::Trust Intake::trust_in(const Place& place, std::uint64_t gap) {
+  const auto before = ring_.next_time_ns();
+  if (!before || !place.time_ns) return Trust::believed;
+  const double nominal_ns = kSecond_ns / ring_.settings().sample_rate_hz;
+  const double gap_ns = nominal_ns * static_cast<double>(gap);
+  const std::int64_t told = *place.time_ns, here = later(*before, gap_ns);
+  const auto deviation = static_cast<double>(told - here);
+  if (std::abs(deviation) <= kJump_ns + kRateTolerance * gap_ns) {
+    claim_.reset();
+    return Trust::believed;
+  }
+  if (deviation > 0.0 && off_host_ns(told) < kHostTolerance_ns) return Trust::believed;
+  if (!confirmed(place.sample, told)) return Trust::doubted;
+  if (deviation > -kLongestSlew_ns) return Trust::believed;
+  // A sender that has lost its clock tells of years ago.
+  const bool likely = deviation > -kDay_ns || off_host_ns(told) < off_host_ns(here);
+  return likely && place.sample < kMostIndex ? Trust::anew : Trust::doubted;
+}
+
+/// Whether the times that are told go as their samples do, for long enough.
+bool Intake::confirmed(std::uint64_t sample, std::int64_t told_ns) {
+  if (claim_ && sample >= claim_->sample) {
+    const double since_ns =
+        kSecond_ns / ring_.settings().sample_rate_hz * static_cast<double>(sample - claim_->sample);
+    if (std::abs(static_cast<double>(told_ns - claim_->time_ns) - since_ns) <=
+        kClaimTolerance_ns + 0.1 * since_ns)
+      return since_ns >= kClaim_ns;
+  }
+  claim_ = {sample, told_ns};
+  return false;
+}
+
+/// Puts a gap before the samples, more than a second: what comes after it has nothing to do with what was
+/// before, and its time may be an earlier one.
+void Intake::begin_anew(Place& place) {
+  const auto gap = static_cast<std::uint64_t>(ring_.settings().sample_rate_hz) + 1;
+  faults_.note(Fault::clock,
+               fmt::format("the clock was ahead of the sender's by {:.0f} s and begins anew, after a gap, at "
+                           "sample {}",
+                           static_cast<double>(*ring_.next_time_ns() - *place.time_ns) / kSecond_ns,
+                           place.sample + gap));
+  place.sample += gap;
+  place.offset += gap;
+  place.restarted = true;
+  claim_.reset();
+}
+
 /// What a message tells of the sender's clock. The ring's goes by the rate of the axis. Where it is behind,
-/// it is put forward; where it is ahead it goes slower for a while, since time never turns back.
-Intake::Clock Intake::clock_at(const Place& place, std::uint64_t gap, bool jump) const {
+/// it is put forward; where it is ahead it goes slower for a while, since time does not turn back among
+/// samples that follow one another.
+Intake::Clock Intake::clock_at(const Place& place, std::uint64_t gap, bool jump, Trust trust) const {
   const double nominal_ns = kSecond_ns / ring_.settings().sample_rate_hz;
   const auto before = ring_.next_time_ns();
   if (!before) return {jump || place.time_ns, place.time_ns, {}};
@@ -271,7 +337,7 @@ Intake::Clock Intake::clock_at(const Place& place, std::uint64_t gap, bool jump)
   const auto deviation = static_cast<double>(told - here);
   Clock clock{false, {}, {}, {}, deviation};
   const double allowed = kClockTolerance_ns + kRateTolerance * nominal_ns * static_cast<double>(gap);
-  if (std::abs(deviation - deviation_ns_) > allowed && !place.restarted) {
+  if (std::abs(deviation - deviation_ns_) > allowed && (!place.restarted || trust == Trust::doubted)) {
     const double rate = told_ && place.sample > told_->first && told > told_->second
                             ? kSecond_ns * static_cast<double>(place.sample - told_->first) /
                                   static_cast<double>(told - told_->second)
@@ -285,10 +351,11 @@ Intake::Clock Intake::clock_at(const Place& place, std::uint64_t gap, bool jump)
   }
   if (jump) {
     clock.anchor = true;
-    clock.time_ns = std::max(told, *before);
+    clock.time_ns = trust == Trust::anew ? told : trust == Trust::doubted ? here : std::max(told, *before);
     clock.deviation_ns = static_cast<double>(told - *clock.time_ns);
     return clock;
   }
+  if (trust == Trust::doubted) return clock;
   const bool slewing = ring_.interval_ns() != nominal_ns;
   const double since_ns =
       nominal_ns * static_cast<double>(place.sample - std::min(clock_anchor_, place.sample));

@@ -50,8 +50,10 @@ struct SampleCounters {
 
 /// Takes what arrives for one axis into its ring: columns become channels, doubles are left out, gaps of up
 /// to a second are filled with missing samples and longer ones skipped, the sender's clock is followed
-/// without ever going back. Values stay as they came. What is wrong is counted and named, a rate too that is
-/// not the axis' own by the sender's times or, without, by when its samples come; nothing throws.
+/// as far as it can be believed: a jump beyond some seconds counts once the messages of three seconds agree
+/// with it, or the host's clock does. Time goes back only where the clock was far ahead, and past a gap.
+/// Values stay as they came. What is wrong is counted and named, a rate too that is not the axis' own by the
+/// sender's times or, without, by when its samples come; nothing throws.
 ///
 /// A sender that numbers its samples gets every sample exactly once. One that does not is taken to send
 /// consecutive samples, and each message once by the position that its source tells. For any thread.
@@ -101,6 +103,17 @@ class Intake {
     std::string fault = {};
     double deviation_ns = 0.0;  ///< That is left.
   };
+  /// What is made of a told time.
+  enum class Trust {
+    believed,
+    doubted,  ///< Far from what is due, and nothing confirms it: the ring's clock goes on.
+    anew      ///< The ring's clock is far ahead: it begins anew after a gap.
+  };
+  /// A time far from what is due, that messages tell since then.
+  struct Claim {
+    std::uint64_t sample = 0;
+    std::int64_t time_ns = 0;
+  };
 
   static void count(std::atomic<std::uint64_t>& counter, std::uint64_t by) noexcept {
     counter.fetch_add(by, std::memory_order_relaxed);
@@ -112,7 +125,10 @@ class Intake {
                                               bool numbered_by_source);
   [[nodiscard]] bool restarts(const Place& place, std::uint64_t samples, bool numbered_by_source);
   void leave_out(std::uint64_t from, std::uint64_t to);
-  [[nodiscard]] Clock clock_at(const Place& place, std::uint64_t gap, bool jump) const;
+  [[nodiscard]] Trust trust_in(const Place& place, std::uint64_t gap);
+  [[nodiscard]] bool confirmed(std::uint64_t sample, std::int64_t told_ns);
+  void begin_anew(Place& place);
+  [[nodiscard]] Clock clock_at(const Place& place, std::uint64_t gap, bool jump, Trust trust) const;
   [[nodiscard]] std::optional<std::int64_t> time_of(std::uint64_t sample) const;
   void put_values(const Arrival& arrival, const Place& place);
   void check_rate(const Place& place, std::uint64_t end);
@@ -128,6 +144,7 @@ class Intake {
                 again_ = 0;    ///< A run of samples that are there: the next one, their number.
   double deviation_ns_ = 0.0;  ///< Told time less that of the ring, of the last message.
   std::optional<std::pair<std::uint64_t, std::int64_t>> told_;  ///< Sample and time of the last message.
+  std::optional<Claim> claim_;
   std::uint64_t clock_anchor_ = 0;  ///< Sample of the newest anchor that was put for the clock.
   RateCheck told_rate_, arrival_rate_;
   bool not_finite_ = false;  ///< The newest sample.

@@ -120,9 +120,8 @@ std::string unescaped(std::string_view text) {
 
 }  // namespace
 
-TextDecoder::TextDecoder(TextSettings settings, FaultLog& faults)
-    : settings_(std::move(settings)), faults_(faults) {
-  if (!settings_.columns.empty()) set_names(settings_.columns);
+TextDecoder::TextDecoder(Format format, FaultLog& faults) : format_(std::move(format)), faults_(faults) {
+  if (!format_.columns.empty()) set_names(format_.columns);
 }
 
 void TextDecoder::seek(std::uint64_t byte) {
@@ -171,10 +170,15 @@ void TextDecoder::finish(const Take& take) {
   seek(0);
 }
 
+void TextDecoder::break_off() {
+  if (!trimmed(rest_).empty()) fault(Fault::format, "a line that breaks off", rest_);
+  seek(0);
+}
+
 void TextDecoder::message(std::string_view text, const Take& take) {
   seek(0);
   if (text.size() > kLongestLine) return fault(Fault::size, "a message longer than 1 000 000 bytes", text);
-  const bool document = settings_.format == TextFormat::json && text.find('\n') != std::string_view::npos &&
+  const bool document = format_.kind == SampleFormat::json && text.find('\n') != std::string_view::npos &&
                         read_document(text, 0, text.size(), take);
   if (!document) add(text, take);
   finish(take);
@@ -188,13 +192,15 @@ void TextDecoder::read_line(std::string_view text, std::uint64_t end, const Take
   const std::uint64_t begin = consumed_;
   if (begin == 0 && text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);
   text = trimmed(text);
-  if (text.empty() || (text.front() == '#' && settings_.format != TextFormat::json)) return;
-  switch (settings_.format) {
-    case TextFormat::csv:
+  if (text.empty() || (text.front() == '#' && format_.kind != SampleFormat::json)) return;
+  switch (format_.kind) {
+    case SampleFormat::csv:
       return read_csv(text, end, take);
-    case TextFormat::line_protocol:
+    case SampleFormat::line_protocol:
       return read_point(text, end, take);
-    case TextFormat::json:
+    case SampleFormat::frame:
+      return;
+    case SampleFormat::json:
       if (!read_document(text, begin, end, take)) fault(Fault::format, "no JSON, which is required", text);
   }
 }
@@ -241,7 +247,7 @@ bool TextDecoder::read_names(std::string_view text) {
     return std::find(names_.begin(), names_.end(), name) != names_.end();
   };
   const bool is_again = std::any_of(names.begin(), names.end(), known);
-  if (!settings_.columns.empty()) return is_again || names.size() == names_.size();
+  if (!format_.columns.empty()) return is_again || names.size() == names_.size();
   if (!is_again && (names_used_ || (names.size() < 2 && names_.size() > 1))) return false;
   if (names.size() > kMostColumns) {
     fault(Fault::size, "more than 64 columns", text);
@@ -265,12 +271,12 @@ void TextDecoder::read_csv(std::string_view text, std::uint64_t end, const Take&
   if (cells_.size() != names_.size())
     return fault(Fault::format, fmt::format("{} cells, {} are required", cells_.size(), names_.size()), text);
   Arrival line;
-  line.axis = axis_ ? cells_[*axis_] : std::string_view(settings_.axis);
+  line.axis = axis_ ? cells_[*axis_] : std::string_view(format_.axis);
   values_.clear();
   for (std::size_t c = 0; c < cells_.size(); ++c) {
     if (c == axis_) continue;
     if (c == sample_) {
-      line.first_sample = read_index(cells_[c]);
+      line.first_sample = format_.sample_wraps ? read_wrapped_index(cells_[c]) : read_index(cells_[c]);
       if (!line.first_sample) return fault(Fault::format, "the sample is no index", text);
     } else if (c == time_) {
       const ReadTime time = read_time(cells_[c]);
@@ -310,7 +316,7 @@ void TextDecoder::read_object(const json& object, std::string_view text, std::ui
                               const Take& take) {
   if (!object.is_object()) return fault(Fault::format, "an object of names and values is required", text);
   Arrival line;
-  line.axis = settings_.axis;
+  line.axis = format_.axis;
   columns_.clear();
   std::optional<std::size_t> samples;
   std::vector<const json*> values;

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
-#include <resonid/base/enum_names.hpp>
 #include <span>
 #include <string>
 #include <string_view>
@@ -14,23 +13,11 @@
 #include "monitor/samples/arrival.hpp"
 #include "monitor/samples/batches.hpp"
 #include "monitor/samples/faults.hpp"
+#include "monitor/samples/format.hpp"
 
 namespace resonid::monitor {
 
-enum class TextFormat : std::uint8_t { csv, json, line_protocol };
-inline constexpr EnumName<TextFormat> kTextFormatNames[] = {
-    {TextFormat::csv, "csv"}, {TextFormat::json, "json"}, {TextFormat::line_protocol, "line-protocol"}};
-[[nodiscard]] constexpr std::span<const EnumName<TextFormat>> enum_names(TextFormat) noexcept {
-  return kTextFormatNames;
-}
-
 inline constexpr std::size_t kLongestLine = 1'000'000;  ///< Bytes.
-
-struct TextSettings {
-  TextFormat format = TextFormat::csv;
-  std::vector<std::string> columns = {};  ///< Of CSV lines; empty: a line with their names comes first.
-  std::string axis = {};                  ///< Where a line names none.
-};
 
 /// Reads samples from a stream of lines, of any number of axes:
 ///
@@ -51,13 +38,16 @@ class TextDecoder {
  public:
   using Take = Batches::Take;
 
-  TextDecoder(TextSettings settings, FaultLog& faults);
+  /// @param format of lines: any but frames
+  TextDecoder(Format format, FaultLog& faults);
 
   /// Takes the next bytes; a line that is not whole is kept until the rest of it comes.
   void add(std::string_view bytes, const Take& take);
   /// The stream ends here: what is left is a line. The next bytes are those of another one (names of columns
   /// are kept).
   void finish(const Take& take);
+  /// The stream breaks off here: half a line is a fault, since what it lacks may be digits.
+  void break_off();
   /// A message that is whole.
   void message(std::string_view text, const Take& take);
   /// The next byte is this one of its stream, as Arrival::ends counts: for a reader that goes on within a
@@ -79,7 +69,7 @@ class TextDecoder {
   void give(Arrival arrival, std::span<const std::string_view> columns, const Take& take);
   void fault(Fault kind, std::string_view what, std::string_view text);
 
-  TextSettings settings_;
+  Format format_;
   FaultLog& faults_;
   Batches batches_;
   std::string rest_;            ///< The beginning of a line.

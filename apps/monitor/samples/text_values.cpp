@@ -100,6 +100,15 @@ std::optional<std::uint64_t> read_index(std::string_view text) {
   return static_cast<std::uint64_t>(*value);
 }
 
+std::optional<std::uint64_t> read_wrapped_index(std::string_view text) {
+  constexpr std::int64_t kTurn = std::int64_t{1} << 32U;
+  std::int64_t index = 0;
+  const char* const end = text.data() + text.size();
+  const auto read = std::from_chars(text.data(), end, index);
+  if (read.ec != std::errc() || read.ptr != end || index < -kTurn / 2 || index >= kTurn) return std::nullopt;
+  return static_cast<std::uint64_t>(index < 0 ? index + kTurn : index);
+}
+
 ReadTime read_time(std::string_view text) {
   std::int64_t whole = 0;
   const char* const end = text.data() + text.size();

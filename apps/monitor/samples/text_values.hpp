@@ -14,6 +14,9 @@ namespace resonid::monitor {
 /// A sample index: digits alone, or a number that is whole.
 [[nodiscard]] std::optional<std::uint64_t> read_index(std::string_view text);
 
+/// An index of 32 bits, which goes from 2^31 - 1 to -2^31 where it has a sign: modulo 2^32.
+[[nodiscard]] std::optional<std::uint64_t> read_wrapped_index(std::string_view text);
+
 /// UNIX time in ns of a number of s, ms, us or ns (told apart by its size) or ISO 8601 text.
 struct ReadTime {
   bool readable = false;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "monitor/service/alarm_record.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -56,10 +58,13 @@ std::uint64_t alarm_number(const std::string& axis, monitoring::AlarmId alarm, s
   return (hash ^ (hash >> 53U)) & ((std::uint64_t{1} << 53U) - 1);
 }
 
-void AlarmRecords::add(const std::string& axis, double sample_rate_hz, const Results::TimedEvent& timed,
+bool AlarmRecords::add(const std::string& axis, double sample_rate_hz, const Results::TimedEvent& timed,
                        Batch& batch) {
   const auto& e = timed.event;
   const auto& state = e.state;
+  const std::string alarm = monitoring::alarm_name(e.alarm);
+  const std::string transition(name_of(e.transition));
+  if (replayed_.erase({axis, e.sample, alarm, transition}) > 0) return false;
   const std::string id = std::to_string(alarm_number(axis, e.alarm, state.raised_sample));
   const bool tells = e.transition == Transition::raised || e.transition == Transition::realarmed;
   Json json = words_.count(id) > 0 && !tells ? Json::parse(words_[id]) : words_of(timed);
@@ -75,7 +80,7 @@ void AlarmRecords::add(const std::string& axis, double sample_rate_hz, const Res
   AlarmRecord record;
   record.id = id;
   record.axis = axis;
-  record.alarm = monitoring::alarm_name(e.alarm);
+  record.alarm = alarm;
   record.sample = e.sample;
   record.severity = static_cast<int>(e.severity);
   record.active = state.active;
@@ -96,12 +101,29 @@ void AlarmRecords::add(const std::string& axis, double sample_rate_hz, const Res
   Json told = words_of(timed);
   if (!timed.who.empty()) told["who"] = timed.who;
   if (!timed.reason.empty()) told["reason"] = timed.reason;
-  told["state"] = std::string(state.active ? "active" : "cleared") +
-                  (state.acknowledged ? ", acknowledged" : ", not acknowledged") +
-                  (state.latched ? ", latched" : "") + (shelved ? ", shelved" : "") +
-                  (state.suppressed != 0 ? ", suppressed" : "");
-  batch.events.push_back({axis, e.sample, monitoring::alarm_name(e.alarm), std::string(name_of(e.transition)),
-                          id, timed.time_ns, timed.text, told.dump()});
+  if (e.transition == Transition::superseded)
+    told["state"] = "over";
+  else
+    told["state"] = std::string(state.active ? "active" : "cleared") +
+                    (state.acknowledged ? ", acknowledged" : ", not acknowledged") +
+                    (state.latched ? ", latched" : "") + (shelved ? ", shelved" : "") +
+                    (state.suppressed != 0 ? ", suppressed" : "");
+  batch.events.push_back({axis, e.sample, alarm, transition, id, timed.time_ns, timed.text, told.dump()});
+  return true;
+}
+
+void AlarmRecords::close(AlarmRecord record, const std::string& reason, std::int64_t time_ns, Batch& batch) {
+  words_.erase(record.id);
+  const std::string text = fmt::format("{}: over, as {}", record.alarm, reason);
+  batch.events.push_back({record.axis, record.sample, record.alarm, std::string(name_of(Transition::reset)),
+                          record.id, time_ns, text, Json{{"text", text}, {"state", "over"}}.dump()});
+  record.acknowledged = true;
+  record.latched = record.suppressed = record.open = false;
+  record.shelved_until_ns.reset();
+  if (record.active) record.cleared_ns = time_ns;
+  record.active = false;
+  record.begins_anew = true;
+  batch.alarms.push_back(std::move(record));
 }
 
 }  // namespace resonid::monitor

@@ -3,7 +3,9 @@
 
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
+#include <tuple>
 
 #include "monitor/engine/engine.hpp"
 #include "monitor/store/records.hpp"
@@ -20,9 +22,18 @@ class AlarmRecords {
  public:
   /// An alarm that the store knows, at the start.
   void know(const AlarmRecord& record) { words_[record.id] = record.json; }
-  void add(const std::string& axis, double sample_rate_hz, const Results::TimedEvent& event, Batch& batch);
+  /// One that nobody follows any more, and why.
+  void close(AlarmRecord record, const std::string& reason, std::int64_t time_ns, Batch& batch);
+  /// An event that the store has and that comes again: add() leaves it out then, once.
+  void expect(const EventRecord& event) { replayed_.insert(key_of(event)); }
+  /// Whether it is new.
+  bool add(const std::string& axis, double sample_rate_hz, const Results::TimedEvent& event, Batch& batch);
 
  private:
+  using Key = std::tuple<std::string, std::uint64_t, std::string, std::string>;
+  static Key key_of(const EventRecord& e) { return {e.axis, e.sample, e.alarm, e.transition}; }
+
+  std::set<Key> replayed_;
   std::map<std::string, std::string> words_;  // JSON by id, of alarms that are not done with
 };
 

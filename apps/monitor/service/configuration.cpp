@@ -84,6 +84,7 @@ bool ascends(std::span<const double> values) {
 }
 
 constexpr std::uint64_t kMostQos = 2;
+constexpr std::uint64_t kMostSourceQos = 1;  // with 2 a message is acknowledged before its samples are kept
 
 /// A topic's levels: wildcards stand for whole levels, # for the last ones.
 bool is_topic_filter(std::string_view topic) {
@@ -199,7 +200,7 @@ expected<void, Error> check(const SourceConfig& c) {
           .given("topic", c.topic)
           .connection(c.connection)
           .require("topic", is_topic_filter(c.topic), "must have + as a whole level and # as the last one")
-          .range("qos", c.qos, 0, kMostQos);
+          .range("qos", c.qos, 0, kMostSourceQos);
       break;
     case SourceKind::nats:
       t.given("address", c.connection.address)
@@ -210,14 +211,19 @@ expected<void, Error> check(const SourceConfig& c) {
           .require("durable", c.durable.find_first_of(".*> \t") == c.durable.npos,
                    "must hold no dots, blanks or wildcards")
           .range("pending_messages", c.pending_messages, 1, 100'000'000)
-          .range("pending_bytes", c.pending_bytes, 1'000'000, 100'000'000'000);
+          .range("pending_bytes", c.pending_bytes, 1'000'000, 1'000'000'000)
+          .require("pending_messages",
+                   c.stream.empty() || c.pending_messages == SourceConfig{}.pending_messages,
+                   "has no meaning with a stream, which keeps what waits")
+          .require("pending_bytes", c.stream.empty() || c.pending_bytes == SourceConfig{}.pending_bytes,
+                   "has no meaning with a stream, which keeps what waits");
       break;
     case SourceKind::hal:
       t.require("columns", !c.columns.empty(), "must be given").range("hal_channel", c.hal_channel, 0, 7);
       break;
     case SourceKind::demo:
       t.require("experiments", !c.experiments.empty(), "must name one at least")
-          .range("speed", c.speed, 0.01, 1e4);
+          .range("speed", c.speed, 0.01, 1e3);
       break;
   }
   return t.result();

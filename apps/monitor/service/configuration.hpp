@@ -19,6 +19,8 @@
 #include <vector>
 
 #include "io/named_tables.hpp"
+#include "monitor/brokers/mqtt_version.hpp"
+#include "monitor/samples/format.hpp"
 
 // The configuration of `resonid monitor`, a TOML file: docs/monitor_configuration.md, which these
 // descriptions are written from. Files are named relative to the folder that the configuration lies in.
@@ -35,16 +37,6 @@ inline constexpr EnumName<SourceKind> kSourceKindNames[] = {{SourceKind::standar
                                                             {SourceKind::demo, "demo"}};
 [[nodiscard]] constexpr std::span<const EnumName<SourceKind>> enum_names(SourceKind) noexcept {
   return kSourceKindNames;
-}
-
-enum class SampleFormat : std::uint8_t { csv, json, line_protocol, frame };
-inline constexpr EnumName<SampleFormat> kSampleFormatNames[] = {
-    {SampleFormat::csv, "csv"},
-    {SampleFormat::json, "json"},
-    {SampleFormat::line_protocol, "line-protocol"},
-    {SampleFormat::frame, "frame"}};
-[[nodiscard]] constexpr std::span<const EnumName<SampleFormat>> enum_names(SampleFormat) noexcept {
-  return kSampleFormatNames;
 }
 
 /// The service itself: [monitor].
@@ -110,7 +102,7 @@ void describe(Visitor&& v, Connection& c) {
   v("address", c.address, "HOST:PORT of the server");
   v("user", c.user, "name to log in with; empty: none");
   v("password_file", c.password_file,
-    "file whose first line is the password, or, without a user, the token of a NATS server");
+    "file whose first line is the password; without a user, of a NATS server: the token, or its .creds file");
   v("tls", c.tls, "speak TLS");
   v("ca_file", c.ca_file,
     "certificates that the server's is checked against (PEM); empty: those of the system");
@@ -122,6 +114,7 @@ void describe(Visitor&& v, Connection& c) {
 struct MqttPublishConfig {
   std::string topic;
   std::uint64_t qos = 1;
+  MqttVersion version = MqttVersion::v3_1_1;
   std::string client_id;
   Connection connection;
 };
@@ -129,6 +122,7 @@ template <class Visitor>
 void describe(Visitor&& v, MqttPublishConfig& c) {
   v("topic", c.topic, "topic of alarms; empty: they are not published there");
   v("qos", c.qos, "quality of service, 0 ... 2");
+  v("version", c.version, "that of MQTT; with 5 a broker says when it must not take an alarm");
   v("client_id", c.client_id, "name as a client; empty: a new one each time");
   describe(v, c.connection);
 }
@@ -174,6 +168,7 @@ struct SourceConfig {
   std::uint64_t receive_buffer_bytes = 4'194'304;
   std::string topic;
   std::uint64_t qos = 1;
+  MqttVersion version = MqttVersion::v3_1_1;
   std::string client_id;
   std::string subject, stream, durable;
   std::uint64_t pending_messages = 65'536, pending_bytes = 67'108'864;
@@ -196,7 +191,7 @@ void describe(Visitor&& v, SourceConfig& c) {
     v("experiments", c.experiments,
       "experiments, files or shipped ones by name, that are run one beside the other: each is an axis with "
       "its name");
-    v("speed", c.speed, "how many times faster than real time, 0.01 ... 1e4");
+    v("speed", c.speed, "how many times faster than real time, 0.01 ... 1000");
     return;
   }
   v("format", c.format, "how samples are written");
@@ -219,10 +214,11 @@ void describe(Visitor&& v, SourceConfig& c) {
     case SourceKind::mqtt:
       describe(v, c.connection);
       v("topic", c.topic, "topic to subscribe to, with + and # as wildcards");
-      v("qos", c.qos, "quality of service, 0 ... 2; 0 loses what comes while nobody listens");
+      v("qos", c.qos, "quality of service, 0 ... 1; 0 loses what comes while nobody listens");
+      v("version", c.version, "that of MQTT");
       v("client_id", c.client_id,
-        "name as a client, for which the broker keeps messages; empty: made of the installation's and the "
-        "source's");
+        "name as a client, for which the broker keeps messages; empty: made of host, data "
+        "folder and the source's name");
       break;
     case SourceKind::nats:
       describe(v, c.connection);
@@ -230,8 +226,8 @@ void describe(Visitor&& v, SourceConfig& c) {
       v("stream", c.stream,
         "JetStream that keeps the messages; empty: none does, and what is missed is lost");
       v("durable", c.durable, "name of the consumer in that stream; empty: the source's name");
-      v("pending_messages", c.pending_messages, "messages that may wait here, 1 ... 1e8");
-      v("pending_bytes", c.pending_bytes, "their size, 1e6 ... 1e11 (bytes)");
+      v("pending_messages", c.pending_messages, "messages that may wait here, 1 ... 1e8; without a stream");
+      v("pending_bytes", c.pending_bytes, "their size, 1e6 ... 1e9, likewise (bytes)");
       break;
     case SourceKind::standard_input:
     case SourceKind::hal:

@@ -27,7 +27,7 @@ std::vector<TopicPattern> patterns_of(const std::string& topic, TopicSyntax synt
 }
 
 /// What makes two topics those of one source.
-using SourceKey = std::tuple<std::string, PayloadFormat, std::vector<std::string>>;
+using SourceKey = std::tuple<std::string, SampleFormat, std::vector<std::string>>;
 
 SourceKey key_of(const Discovered& d) {
   return {d.stream, *d.format, d.named ? std::vector<std::string>{} : d.columns};
@@ -89,7 +89,7 @@ class SourceProposer {
 
   std::string add_source(const Discovered& d, const std::string& filter) {
     SourceConfig source = where_;
-    source.format = *from_name<SampleFormat>(name_of(*d.format));
+    source.format = *d.format;
     if (!d.named) source.columns = d.columns;
     if (source.kind == SourceKind::mqtt) source.topic = filter;
     if (source.kind == SourceKind::nats) {

@@ -8,8 +8,7 @@
 
 namespace resonid::monitor {
 
-expected<std::string, std::string> evidence_report(const InstalledAxis& axis,
-                                                   const std::filesystem::path& file) {
+io::ColumnMapping evidence_columns(const InstalledAxis& axis) {
   const auto& spec = axis.spec;
   io::ColumnMapping columns;
   columns.input_scale = spec.input_scale;
@@ -18,9 +17,14 @@ expected<std::string, std::string> evidence_report(const InstalledAxis& axis,
   columns.output_quantity = spec.output_quantity;
   if (!spec.input_unit.empty()) columns.input_unit = spec.input_unit;
   if (!spec.output_unit.empty()) columns.output_unit = spec.output_unit;
-  const auto record = io::read_record(file, columns);
+  return columns;
+}
+
+expected<std::string, std::string> evidence_report(const InstalledAxis& axis,
+                                                   const std::filesystem::path& file) {
+  const auto record = io::read_record(file, evidence_columns(axis));
   if (!record) return tl::unexpected(message_of(record.error()));
-  const auto result = identify(*record, spec.track.common);
+  const auto result = identify(*record, axis.spec.track.common);
   if (!result) return tl::unexpected(message_of(result.error()));
   auto page = file;
   page.replace_extension(".html");

@@ -3,11 +3,15 @@
 
 #include <filesystem>
 #include <resonid/base/expected.hpp>
+#include <resonid/io/record_reader.hpp>
 #include <string>
 
 #include "monitor/service/installation.hpp"
 
 namespace resonid::monitor {
+
+/// How evidence_report() reads the file.
+[[nodiscard]] io::ColumnMapping evidence_columns(const InstalledAxis& axis);
 
 /// The page of `identify` over raw samples of an axis that a file holds (raw_csv()), as told for the axis;
 /// kept beside the file. Else why there is none.

@@ -2,21 +2,16 @@
 #include "monitor/service/install.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <resonid/io/experiment.hpp>
 #include <resonid/io/shipped_experiments.hpp>
 #include <utility>
 
-#include "monitor/brokers/mqtt_source.hpp"
-#include "monitor/brokers/nats_source.hpp"
-#include "monitor/sources/command_source.hpp"
-#include "monitor/sources/demo_source.hpp"
-#include "monitor/sources/file_source.hpp"
-#include "monitor/sources/stream_source.hpp"
-#include "monitor/sources/tcp_source.hpp"
-#include "monitor/sources/udp_source.hpp"
+#include "monitor/service/source_settings.hpp"
 #include "monitoring/threshold.hpp"
 
 namespace resonid::monitor {
@@ -29,32 +24,9 @@ Made plain(expected<std::unique_ptr<NetworkSource>, Error> made) {
   return std::unique_ptr<Source>(std::move(*made));
 }
 
-Format format_of(const SourceConfig& c) {
-  TextSettings text;
-  text.columns = c.columns;
-  switch (c.format) {
-    case SampleFormat::frame:
-      return Frames{};
-    case SampleFormat::csv:
-      text.format = TextFormat::csv;
-      break;
-    case SampleFormat::json:
-      text.format = TextFormat::json;
-      break;
-    case SampleFormat::line_protocol:
-      text.format = TextFormat::line_protocol;
-      break;
-  }
-  return text;
-}
+Format format_of(const SourceConfig& c) { return {c.format, c.columns}; }
 
-TopicSettings topic_of(const SourceConfig& c, const std::string& filter) {
-  TopicSettings topic;
-  topic.filter = filter;
-  topic.columns = c.columns;
-  topic.format = *from_name<PayloadFormat>(name_of(c.format));
-  return topic;
-}
+TopicSettings topic_of(const SourceConfig& c, const std::string& filter) { return {filter, format_of(c)}; }
 
 expected<Access, Error> access_of(const Configuration& all, const Connection& c) {
   Access access;
@@ -95,7 +67,19 @@ expected<std::vector<DemoMachine>, Error> machines_of(const Configuration& all, 
   return machines;
 }
 
-Made make_mqtt(const Configuration& all, const std::string& name, const SourceConfig& c, Axes& axes) {
+using Settings = expected<SourceSettings, Error>;
+
+/// No other installation's at the same broker, which would throw this one out; the same for ever.
+std::string client_id_of(const Configuration& all, const std::string& source) {
+  std::array<char, 256> host{};
+  if (::gethostname(host.data(), host.size() - 1) != 0) host.front() = '\0';
+  std::error_code code;
+  const auto data = std::filesystem::weakly_canonical(all.file(all.monitor.data), code);
+  const auto digest = configuration_digest(fmt::format("{}\n{}", host.data(), data.string()));
+  return fmt::format("resonid-{}-{}", digest.substr(0, 12), source);
+}
+
+Settings mqtt_settings(const Configuration& all, const std::string& name, const SourceConfig& c) {
   auto access = access_of(all, c.connection);
   if (!access) return tl::unexpected(std::move(access.error()));
   const auto at = endpoint(c.connection.address);
@@ -103,10 +87,12 @@ Made make_mqtt(const Configuration& all, const std::string& name, const SourceCo
   MqttSourceSettings settings;
   settings.broker.host = at->host;
   settings.broker.port = at->port;
-  settings.broker.client_id = c.client_id.empty() ? "resonid-" + name : c.client_id;
+  settings.broker.client_id = c.client_id.empty() ? client_id_of(all, name) : c.client_id;
+  settings.broker.version = c.version;
   settings.broker.access = std::move(*access);
   settings.topics = {topic_of(c, c.topic)};
-  return make_mqtt_source(std::move(settings), axes);
+  settings.qos = static_cast<int>(c.qos);
+  return settings;
 }
 
 expected<NatsSettings, Error> nats_servers_of(const Configuration& all, const Connection& c) {
@@ -119,7 +105,7 @@ expected<NatsSettings, Error> nats_servers_of(const Configuration& all, const Co
   return servers;
 }
 
-Made make_nats(const Configuration& all, const std::string& name, const SourceConfig& c, Axes& axes) {
+Settings nats_settings(const Configuration& all, const std::string& name, const SourceConfig& c) {
   auto servers = nats_servers_of(all, c.connection);
   if (!servers) return tl::unexpected(std::move(servers.error()));
   if (!c.stream.empty()) {
@@ -128,56 +114,75 @@ Made make_nats(const Configuration& all, const std::string& name, const SourceCo
     settings.stream = c.stream;
     settings.consumer = c.durable.empty() ? name : c.durable;
     settings.subjects = topic_of(c, c.subject);
-    return make_jetstream_source(std::move(settings), axes);
+    return settings;
   }
   NatsSourceSettings settings;
   settings.servers = std::move(*servers);
   settings.subjects = {topic_of(c, c.subject)};
-  settings.most_messages = static_cast<int>(std::min<std::uint64_t>(c.pending_messages, 1'000'000'000));
-  settings.most_bytes = static_cast<int>(std::min<std::uint64_t>(c.pending_bytes, 2'000'000'000));
-  return make_nats_source(std::move(settings), axes);
+  settings.most_messages = static_cast<int>(c.pending_messages);
+  settings.most_bytes = static_cast<int>(c.pending_bytes);
+  return settings;
 }
 
-Made make_source(const Configuration& all, const std::string& name, const SourceConfig& c, Axes& axes) {
+}  // namespace
+
+Settings source_settings(const Configuration& all, const std::string& name) {
+  const SourceConfig& c = all.sources.tables.at(name);
   switch (c.kind) {
     case SourceKind::standard_input:
-      return make_stream_source({format_of(c), 0}, axes);
-    case SourceKind::file:
-      return make_file_source({all.file(c.path), format_of(c)}, axes);
+      return StreamSettings{format_of(c), 0};
+    case SourceKind::file: {
+      FileSettings settings;
+      settings.path = all.file(c.path);
+      settings.format = format_of(c);
+      settings.from_start = c.from_start;
+      return settings;
+    }
     case SourceKind::tcp: {
       TcpSettings settings;
       settings.address = c.connection.address;
       settings.format = format_of(c);
       settings.most_connections = static_cast<std::size_t>(c.connections);
-      return plain(make_tcp_source(std::move(settings), axes));
+      return settings;
     }
     case SourceKind::udp:
-      return plain(
-          make_udp_source({c.connection.address, format_of(c),
-                           static_cast<int>(std::min<std::uint64_t>(c.receive_buffer_bytes, 1'000'000'000))},
-                          axes));
+      return UdpSettings{c.connection.address, format_of(c), static_cast<int>(c.receive_buffer_bytes)};
     case SourceKind::mqtt:
-      return make_mqtt(all, name, c, axes);
+      return mqtt_settings(all, name, c);
     case SourceKind::nats:
-      return make_nats(all, name, c, axes);
+      return nats_settings(all, name, c);
     case SourceKind::hal: {
       CommandSettings settings;
       settings.command = {"halsampler", "-c", std::to_string(c.hal_channel),
                           "-t"};  // with each sample's number
-      TextSettings text;
-      text.columns = {"sample"};
-      text.columns.insert(text.columns.end(), c.columns.begin(), c.columns.end());
-      settings.format = std::move(text);
-      return make_command_source(std::move(settings), axes);
+      settings.format.sample_wraps = true;
+      settings.format.columns = {"sample"};
+      settings.format.columns.insert(settings.format.columns.end(), c.columns.begin(), c.columns.end());
+      return settings;
     }
     case SourceKind::demo: {
       auto machines = machines_of(all, c);
       if (!machines) return tl::unexpected(std::move(machines.error()));
-      return make_demo_source({std::move(*machines), c.speed}, axes);
+      return DemoSettings{std::move(*machines), c.speed};
     }
   }
   return tl::unexpected(Error{"kind", "must be one that there is"});
 }
+
+namespace {
+
+struct MakeSource {
+  Axes& axes;
+  Made operator()(StreamSettings s) const { return make_stream_source(std::move(s), axes); }
+  Made operator()(FileSettings s) const { return make_file_source(std::move(s), axes); }
+  Made operator()(TcpSettings s) const { return plain(make_tcp_source(std::move(s), axes)); }
+  Made operator()(UdpSettings s) const { return plain(make_udp_source(std::move(s), axes)); }
+  Made operator()(MqttSourceSettings s) const { return make_mqtt_source(std::move(s), axes); }
+  Made operator()(NatsSourceSettings s) const { return make_nats_source(std::move(s), axes); }
+  Made operator()(JetStreamSourceSettings s) const { return make_jetstream_source(std::move(s), axes); }
+  Made operator()(CommandSettings s) const { return make_command_source(std::move(s), axes); }
+  Made operator()(DemoSettings s) const { return make_demo_source(std::move(s), axes); }
+};
 
 std::string token_of(const Configuration& all, const std::string& file) {
   if (file.empty()) return {};
@@ -207,6 +212,7 @@ MadePublisher make_mqtt_target(const Configuration& all) {
   MqttSettings settings;
   settings.host = at->host;
   settings.port = at->port;
+  settings.version = c.version;
   settings.client_id = c.client_id;
   settings.access = std::move(*access);
   return make_mqtt_publisher(std::move(settings), static_cast<int>(c.qos));
@@ -272,8 +278,10 @@ expected<Installation, Error> installation_of(const Configuration& configuration
   // One configuration for all sources, for as long as they are.
   const auto kept = std::make_shared<const Configuration>(configuration);
   for (const auto& [name, source] : configuration.sources.tables)
-    all.sources.push_back({name, std::string(name_of(source.kind)), [kept, name = name](Axes& axes) {
-                             return make_source(*kept, name, kept->sources.tables.at(name), axes);
+    all.sources.push_back({name, std::string(name_of(source.kind)), [kept, name = name](Axes& axes) -> Made {
+                             auto settings = source_settings(*kept, name);
+                             if (!settings) return tl::unexpected(std::move(settings.error()));
+                             return std::visit(MakeSource{axes}, std::move(*settings));
                            }});
   all.targets = targets_of(kept);
   return all;

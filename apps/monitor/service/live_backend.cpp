@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "monitor/service/alarm_record.hpp"
 #include "monitor/service/evidence_report.hpp"
 #include "monitor/service/raw_csv.hpp"
 
@@ -25,6 +26,8 @@ using Json = nlohmann::json;
 
 constexpr std::size_t kMostEvents = 1000;
 constexpr std::size_t kMostBaselines = 20;
+constexpr double kHangs_s = 30.0;
+constexpr std::int64_t kGathering_ns = 15'000'000'000;
 
 double seconds(std::int64_t ns) { return static_cast<double>(ns) * 1e-9; }
 std::int64_t ns_of(double unix_s) { return static_cast<std::int64_t>(std::llround(unix_s * 1e9)); }
@@ -118,6 +121,8 @@ web::Alarm alarm_of(const AlarmRecord& r) {
   a.acknowledged = r.acknowledged;
   a.latched = r.latched;
   a.raised_time_s = seconds(r.raised_ns);
+  // Soon after the alarm they are still being gathered.
+  a.evidence = r.evidence || (!r.axis.empty() && now_ns() - r.raised_ns < kGathering_ns);
   if (r.cleared_ns) a.cleared_time_s = seconds(*r.cleared_ns);
   if (!json.is_object()) return a;
   a.text = json.value("text", "");
@@ -130,7 +135,6 @@ web::Alarm alarm_of(const AlarmRecord& r) {
         web::Alarm::Shelved{seconds(*r.shelved_until_ns), by.value("reason", ""), by.value("who", "")};
   }
   if (json.contains("change")) a.change = change_of(json["change"]);
-  a.evidence = !r.axis.empty();
   return a;
 }
 
@@ -187,6 +191,7 @@ web::AxisStatus LiveBackend::status_of(std::size_t index, const LiveAxis& live) 
   }
   s.rate_hz = axis.installed->spec.sample_rate_hz;
   s.sample = live.row.sample;
+  if (live.maintenance_until_ns != 0) s.maintenance_until_time_s = seconds(live.maintenance_until_ns);
   s.source = axis.installed->source;
   for (std::size_t i = 0; i < monitoring::kWatched; ++i) {
     auto& f = s.figures[i];
@@ -196,6 +201,12 @@ web::AxisStatus LiveBackend::status_of(std::size_t index, const LiveAxis& live) 
     f.baseline = c.before;
     f.change = f.now.value - c.before;
     f.change_std = std::hypot(f.now.std, c.before_std);
+    // Where the change goes to.
+    const auto figure = static_cast<monitoring::Watched>(i);
+    const auto& rules = rules_[index];
+    const double room = f.change < 0.0 ? c.before - rules.low(figure) : rules.high(figure) - c.before;
+    if (rules[{monitoring::AlarmKind::limit, figure}].enabled && std::isfinite(room))
+      f.limit = std::max(0.0, room);
   }
   for (std::size_t i = 0; i < monitoring::kAlarms; ++i) {
     const auto& a = live.alarms[i];
@@ -260,9 +271,10 @@ Answer<web::AxisResponse> LiveBackend::response(const std::string& axis) const {
   if (!live->curve || live->curve->frequency_hz.empty())
     return no(Problem::Kind::unavailable, "axis", "nothing is known of its response yet: " + why(*live));
   const auto& c = *live->curve;
-  const auto curve = [&](const std::vector<std::complex<double>>& values, const std::vector<double>& std) {
+  const auto curve = [](const std::vector<double>& frequency_hz,
+                        const std::vector<std::complex<double>>& values, const std::vector<double>& std) {
     web::Curve to;
-    to.frequency_hz = c.frequency_hz;
+    to.frequency_hz = frequency_hz;
     for (const auto& v : values) {
       to.real.push_back(v.real());
       to.imag.push_back(v.imag());
@@ -272,23 +284,19 @@ Answer<web::AxisResponse> LiveBackend::response(const std::string& axis) const {
   };
   web::AxisResponse r;
   r.time_s = seconds(live->curve_ns);
-  r.plant = curve(c.plant, c.std);
+  r.plant = curve(c.frequency_hz, c.plant, c.std);
   if (!c.std.empty())
     for (std::size_t i = 0; i < c.std.size(); ++i) {
       const double relative = c.std[i] / std::abs(c.plant[i]);
       r.plant.coherence.push_back(1.0 / (1.0 + relative * relative));
     }
-  if (!c.loop.empty()) r.loop = curve(c.loop, c.loop_std);
-  const auto& baseline = axes_[*index].installed->spec.track.baseline;
-  if (!baseline) return r;
-  web::Curve b;
-  const auto& response = baseline->response;
-  for (std::size_t i = 0; i < response.lines(); ++i) {
-    b.frequency_hz.push_back(response.frequency_hz[i]);
-    b.real.push_back(response.value[i].real());
-    b.imag.push_back(response.value[i].imag());
+  if (!c.loop.empty()) r.loop = curve(c.frequency_hz, c.loop, c.loop_std);
+  // What a person set came after what was configured.
+  if (const auto set = recorder_.baseline_curve(*index)) {
+    r.baseline = curve(set->frequency_hz, set->plant, set->std);
+  } else if (const auto& configured = axes_[*index].installed->spec.track.baseline) {
+    r.baseline = curve(configured->response.frequency_hz, configured->response.value, {});
   }
-  r.baseline = std::move(b);
   return r;
 }
 
@@ -374,8 +382,11 @@ std::vector<web::Alarm> LiveBackend::alarms(const web::AlarmQuestion& q) const {
 }
 
 Answer<AlarmRecord> LiveBackend::record_of(std::uint64_t alarm) const {
+  const std::string id = std::to_string(alarm);
+  for (auto& record : recorder_.status().unwritten)
+    if (record.id == id) return std::move(record);
   const std::scoped_lock lock(reader_mutex_);
-  auto found = reader_.alarm(std::to_string(alarm));
+  auto found = reader_.alarm(id);
   if (!found) return broken(found.error());
   if (!*found) return no(Problem::Kind::not_found, "id", fmt::format("there is no alarm {}", alarm));
   return std::move(**found);
@@ -432,7 +443,9 @@ std::vector<web::AuditEntry> LiveBackend::audit(std::uint32_t limit) const {
       if (json.is_object() && kind && *kind < monitoring::ActionKind::maintenance)
         text = monitoring::alarm_name(
             AlarmId::of(std::min<std::size_t>(json.value("alarm", std::size_t{0}), monitoring::kAlarms - 1)));
-      all.push_back({seconds(a.time_ns), a.axis, a.kind, a.who, a.reason, text});
+      const bool ends = json.is_object() && kind == monitoring::ActionKind::maintenance &&
+                        json.value("until_sample", std::uint64_t{0}) <= a.sample;
+      all.push_back({seconds(a.time_ns), a.axis, ends ? "end-maintenance" : a.kind, a.who, a.reason, text});
     }
   return all;
 }
@@ -472,9 +485,12 @@ web::ServiceStatus LiveBackend::status() const {
 web::Readiness LiveBackend::readiness() const {
   web::Readiness r;
   const auto store = recorder_.status();
-  r.engine = true;
+  const double round_s = engine_.round_s();
+  r.engine = round_s < kHangs_s;
   r.store = store.fault.empty();
   r.text = store.fault.empty() ? store.over_limit : store.fault;
+  if (!r.engine)
+    r.text += fmt::format("{}the engine hangs since {:.0f} s", r.text.empty() ? "" : "; ", round_s);
   r.sources = true;
   for (const auto& source : sources_) {
     const auto now = source.source->status();
@@ -511,6 +527,7 @@ Answer<void> LiveBackend::act(const web::Action& action) {
       kind = K::relearn;
       break;
     case web::ActionKind::maintenance:
+    case web::ActionKind::end_maintenance:
       kind = K::maintenance;
       break;
   }
@@ -521,13 +538,19 @@ Answer<void> LiveBackend::act(const web::Action& action) {
       return no(Problem::Kind::conflict, "id",
                 "it is an alarm of the installation, which goes by itself: when there is room on the disk");
     if (!record->open)
-      return no(Problem::Kind::conflict, "id", "the alarm is over: cleared, acknowledged and not latched");
+      return no(Problem::Kind::conflict, "id",
+                "the alarm is over: cleared, acknowledged and not latched, or raised again");
     axis = record->axis;
     if (const auto known = monitoring::alarm_from_name(record->alarm)) alarm = *known;
   }
   const auto index = index_of(axis);
   if (!index) return tl::unexpected(index.error());
-  if (kind == K::acknowledge && engine_.live(*index)->alarms[alarm.index()].acknowledged)
+  const auto live = engine_.live(*index);
+  if (kind < K::maintenance &&
+      action.alarm != alarm_number(axis, alarm, live->alarms[alarm.index()].raised_sample))
+    return no(Problem::Kind::conflict, "id",
+              "the alarm was raised again since, which is an alarm of its own");
+  if (kind == K::acknowledge && live->alarms[alarm.index()].acknowledged)
     return no(Problem::Kind::conflict, "id", "the alarm is acknowledged already");
   std::optional<double> seconds_from_now;
   if (std::isfinite(action.until_time_s)) seconds_from_now = action.until_time_s - seconds(now_ns());

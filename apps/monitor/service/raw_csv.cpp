@@ -2,36 +2,58 @@
 #include "monitor/service/raw_csv.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <iterator>
+#include <string_view>
 #include <vector>
 
 namespace resonid::monitor {
 namespace {
 
-/// The options of `identify` that an axis' samples need.
-std::string options_of(const InstalledAxis& axis) {
-  const auto& spec = axis.spec;
-  std::string options;
-  const auto add = [&](const std::string& option) { options += " " + option; };
-  if (spec.input_scale != 1.0) add(fmt::format("--input-scale {}", spec.input_scale));
-  if (spec.output_scale != 1.0) add(fmt::format("--output-scale {}", spec.output_scale));
-  if (spec.motion == data::Motion::linear) add("--motion linear");
-  if (spec.output_quantity != data::OutputQuantity::velocity)
-    add(fmt::format("--output-quantity {}", name_of(spec.output_quantity)));
-  if (!axis.controller.empty()) add("--controller " + axis.controller);
-  if (spec.track.common.delay_s > 0.0) add(fmt::format("--delay {}", spec.track.common.delay_s));
-  return options;
+/// A text as one word of a shell.
+std::string word(const std::string& text) {
+  constexpr std::string_view kPlain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_.,:/+-";
+  if (text.find_first_not_of(kPlain) == std::string::npos) return text;
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
 }
 
 }  // namespace
 
+std::string identify_options(const InstalledAxis& axis) {
+  const auto& spec = axis.spec;
+  const auto& common = spec.track.common;
+  const identification::Options usual;
+  std::string options;
+  const auto add = [&](const std::string& option) { options += (options.empty() ? "" : " ") + option; };
+  if (spec.input_scale != 1.0) add(fmt::format("--input-scale {}", spec.input_scale));
+  if (spec.output_scale != 1.0) add(fmt::format("--output-scale {}", spec.output_scale));
+  if (!spec.input_unit.empty()) add("--input-unit " + word(spec.input_unit));
+  if (!spec.output_unit.empty()) add("--output-unit " + word(spec.output_unit));
+  // Always, since identify tells them by the names of columns otherwise.
+  add(fmt::format("--motion {} --output-quantity {}", name_of(spec.motion), name_of(spec.output_quantity)));
+  if (common.excitation_type != usual.excitation_type)
+    add(fmt::format("--excitation-type {}", name_of(common.excitation_type)));
+  if (common.chirp)
+    add(fmt::format("--chirp {}:{}:{}", common.chirp->from_hz, common.chirp->to_hz,
+                    common.chirp->duration_s));
+  if (!common.lines_hz.empty()) add(fmt::format("--lines {}", fmt::join(common.lines_hz, ",")));
+  if (common.period_samples > 0) add(fmt::format("--period-samples {}", common.period_samples));
+  if (!axis.controller.empty()) add("--controller " + word(axis.controller));
+  if (common.delay_s > 0.0) add(fmt::format("--delay {}", common.delay_s));
+  if (common.band_hz) add(fmt::format("--band {}:{}", common.band_hz->first, common.band_hz->second));
+  if (common.friction != usual.friction) add(fmt::format("--friction {}", name_of(common.friction)));
+  return options;
+}
+
 std::string raw_csv(const Ring& ring, const InstalledAxis& axis, std::uint64_t from, std::uint64_t to) {
   std::string text;
   const auto out = std::back_inserter(text);
-  fmt::format_to(out, "# axis {}, samples {} to {}; resonid identify THIS.csv --time t_s{}\nt_s",
-                 axis.spec.name, from, to, options_of(axis));
+  fmt::format_to(out, "# axis {}, samples {} to {}; resonid identify THIS.csv --time t_s {}\nt_s",
+                 axis.spec.name, from, to, identify_options(axis));
   const bool excitation = axis.spec.has_excitation, position = axis.spec.has_position;
   text += excitation ? ",ru,u,y" : ",u,y";
   text += position ? ",position\n" : "\n";

@@ -9,6 +9,9 @@
 
 namespace resonid::monitor {
 
+/// The options of `resonid identify` that say what evidence_report() is told of the axis.
+[[nodiscard]] std::string identify_options(const InstalledAxis& axis);
+
 /// Raw samples `from` to `to` (not included) of an axis, as far as the ring has them, as a recording that
 /// `resonid identify` reads; comments say with which options it gives what the monitor saw.
 [[nodiscard]] std::string raw_csv(const Ring& ring, const InstalledAxis& axis, std::uint64_t from,

@@ -11,6 +11,7 @@
 #include <resonid/base/error_text.hpp>
 #include <resonid/io/detail/atomic_file.hpp>
 
+#include "monitor/service/baseline_curve.hpp"
 #include "monitor/service/evidence_files.hpp"
 #include "monitor/service/log.hpp"
 #include "monitor/service/raw_csv.hpp"
@@ -22,6 +23,7 @@ constexpr auto kCommitEvery = std::chrono::milliseconds(200);
 constexpr double kBefore_s = 30.0, kAfter_s = 5.0;  // of an alarm: its evidence
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr std::int64_t kEvidencePatience_ns = 60 * kSecond_ns;  // with a full disk
+constexpr std::size_t kMostReplayed = 100'000;                  // events
 constexpr std::int64_t kRemoveEvidenceEvery_ns = 10 * kSecond_ns;
 
 /// A former process queued these, or has sent them.
@@ -52,6 +54,13 @@ Recorder::Recorder(Store store, Reader reader, Engine& engine, std::vector<Axis>
       known_(known),
       deliveries_(std::move(deliveries)),
       told_(std::move(told)) {
+  for (const auto& axis : axes_) {
+    auto& curve = baselines_.emplace_back();
+    const auto newest = reader_.baselines(axis.installed->spec.name, 1);
+    if (!newest || newest->empty()) continue;
+    if (auto stored = curve_of(newest->front().bytes))
+      curve = std::make_shared<const monitoring::ResponseCurve>(std::move(*stored));
+  }
   for (const auto& record : known_)
     if (record.axis.empty() && record.alarm == DiskAlarm::kName)
       disk_alarm_.know(record);
@@ -61,14 +70,14 @@ Recorder::Recorder(Store store, Reader reader, Engine& engine, std::vector<Axis>
 Recorder::~Recorder() { stop(); }
 
 void Recorder::start() {
-  Batch batch;
   for (const auto& axis : axes_) {
-    batch.axes.push_back({axis.installed->spec.name, 0.0});
-    batch.configurations.push_back({axis.installed->configuration, now_ns()});
+    first_.axes.push_back({axis.installed->spec.name, 0.0});
+    first_.configurations.push_back({axis.installed->configuration, now_ns()});
   }
-  tidy_evidence(folder_of_evidence(), reader_, batch);
+  tidy_evidence(folder_of_evidence(), reader_, first_);
+  close_orphans();
+  expect_replays();
   find_evidence();
-  backlog_.add(std::move(batch));
   deliveries_->start();
   thread_ = std::thread([this] { run(); });
 }
@@ -104,7 +113,7 @@ void Recorder::upkeep(std::chrono::steady_clock::time_point due) {
 }
 
 void Recorder::write(bool last) {
-  Batch batch;
+  Batch batch = std::exchange(first_, {});
   const Status before = status_;  // which no other thread changes
   auto all = engine_.take();
   gather(batch, all);
@@ -117,7 +126,8 @@ void Recorder::write(bool last) {
   disk_alarm_.look(before.fault.empty() ? before.fault : "Rows and alarms cannot be written: " + before.fault,
                    before.over_limit, now, batch);
   for (std::size_t i = 0; i < batch.alarms.size(); ++i) {  // an event each
-    const AlarmRecord& alarm = batch.alarms[i];
+    AlarmRecord& alarm = batch.alarms[i];
+    alarm.evidence = !alarm.axis.empty() && !lacks_evidence(alarm.id);
     const EventRecord& event = batch.events[i];
     deliveries_->queue(alarm, event, now, batch);
     say(event.transition == "raised" ? LogLevel::warning : LogLevel::info, "alarm {} of {} {}: {}",
@@ -173,27 +183,21 @@ void Recorder::gather(Batch& batch, std::vector<Results>& all) {
     const auto& spec = axis.installed->spec;
     for (auto& row : r.rows) batch.rows.push_back({spec.name, row.time_ns, row.row});
     for (const auto& event : r.events) {
-      alarms_.add(spec.name, spec.sample_rate_hz, event, batch);
-      if (event.event.transition == monitoring::Transition::raised)
-        schedule_evidence(batch.alarms.back().id, r.axis, event.event.sample);
+      const bool is_new = alarms_.add(spec.name, spec.sample_rate_hz, event, batch);
+      if (event.event.transition != monitoring::Transition::raised) continue;
+      auto id = std::to_string(alarm_number(spec.name, event.event.alarm, event.event.state.raised_sample));
+      if (is_new || lacks_evidence(id)) schedule_evidence(std::move(id), r.axis, event.event.sample);
     }
     for (const auto& told : r.actions) {
       const nlohmann::json arguments{{"id", told.action.id},
                                      {"alarm", told.action.alarm.index()},
-                                     {"until_sample", told.action.until_sample}};
-      batch.actions.push_back({fmt::format("{}:{}", spec.name, told.action.id), spec.name, told.action.sample,
-                               told.time_ns, std::string(name_of(told.action.kind)), told.who, told.reason,
-                               arguments.dump()});
-      if (told.action.kind != monitoring::ActionKind::set_baseline) continue;
-      if (const auto live = engine_.live(r.axis))
-        batch.baselines.push_back({spec.name,
-                                   told.action.sample,
-                                   told.time_ns,
-                                   fmt::format("baseline-{}", told.action.id),
-                                   told.who,
-                                   told.reason,
-                                   live->row,
-                                   {}});
+                                     {"until_sample", told.action.until_sample},
+                                     {"until_ns", told.action.until_ns}};
+      // With the time, since an axis that begins anew counts its actions from 1 on again.
+      batch.actions.push_back({fmt::format("{}:{}:{}", spec.name, told.time_ns, told.action.id), spec.name,
+                               told.action.sample, told.time_ns, std::string(name_of(told.action.kind)),
+                               told.who, told.reason, arguments.dump()});
+      if (told.action.kind == monitoring::ActionKind::set_baseline) set_baseline(r.axis, told, batch);
     }
     if (r.snapshot) {
       batch.snapshots.push_back({spec.name, r.snapshot->sample, r.snapshot->position, installation_.version,
@@ -205,6 +209,16 @@ void Recorder::gather(Batch& batch, std::vector<Results>& all) {
   }
 }
 
+void Recorder::set_baseline(std::size_t axis, const Told& told, Batch& batch) {
+  const auto live = engine_.live(axis);
+  auto curve = live->curve && !live->curve->frequency_hz.empty() ? live->curve : nullptr;
+  batch.baselines.push_back({axes_[axis].installed->spec.name, told.action.sample, told.time_ns,
+                             fmt::format("baseline-{}", told.action.id), told.who, told.reason, live->row,
+                             curve ? curve_bytes(*curve) : std::vector<std::byte>()});
+  const std::scoped_lock lock(status_mutex_);
+  baselines_[axis] = std::move(curve);
+}
+
 std::filesystem::path Recorder::folder_of_evidence() const { return installation_.data / "evidence"; }
 
 void Recorder::schedule_evidence(std::string alarm_id, std::size_t axis, std::uint64_t sample) {
@@ -213,6 +227,48 @@ void Recorder::schedule_evidence(std::string alarm_id, std::size_t axis, std::ui
   const auto after = static_cast<std::uint64_t>(kAfter_s * rate_hz);
   evidence_.push_back({std::move(alarm_id), axis, sample - std::min(sample, before), sample + after,
                        now_ns() + static_cast<std::int64_t>(3.0 * kAfter_s) * kSecond_ns});
+}
+
+/// What a former process told is told once, and stays as it was told: without a sender's clock its times
+/// would come out differently.
+void Recorder::expect_replays() {
+  for (const auto& axis : axes_) {
+    if (!axis.begins_anew.empty()) continue;
+    const auto events = reader_.events_from(axis.installed->spec.name, axis.replayed_from, kMostReplayed);
+    if (!events) continue;
+    for (const auto& event : *events) alarms_.expect(event);
+  }
+}
+
+bool Recorder::lacks_evidence(const std::string& alarm_id) {
+  if (std::any_of(evidence_.begin(), evidence_.end(), [&](const auto& e) { return e.alarm_id == alarm_id; }))
+    return false;  // soon
+  const auto files = reader_.evidence(alarm_id);
+  return files && files->empty();
+}
+
+/// Open alarms of the store that no axis has.
+void Recorder::close_orphans() {
+  for (const auto& record : known_) {
+    if (record.axis.empty()) continue;
+    const auto axis = std::find_if(axes_.begin(), axes_.end(),
+                                   [&](const Axis& one) { return one.installed->spec.name == record.axis; });
+    std::string reason;
+    if (axis == axes_.end()) {
+      reason = "its axis was removed from the configuration";
+    } else if (!axis->begins_anew.empty()) {
+      reason = "its axis begins anew: " + axis->begins_anew;
+    } else {
+      const auto live = engine_.live(static_cast<std::size_t>(axis - axes_.begin()));
+      const auto alarm = monitoring::alarm_from_name(record.alarm);
+      const bool mine = alarm && live->alarms[alarm->index()].of_interest() &&
+                        record.id == std::to_string(alarm_number(record.axis, *alarm,
+                                                                 live->alarms[alarm->index()].raised_sample));
+      if (mine || record.sample >= live->next_sample) continue;  // or it is still to come
+      reason = "its axis does not know it";
+    }
+    alarms_.close(record, reason, now_ns(), first_);
+  }
 }
 
 /// Of alarms whose samples a former process had no time to copy, and that the ring still has.
@@ -253,6 +309,11 @@ Recorder::Status Recorder::status() const {
   Status status = status_;
   status.deliveries = deliveries_->status();
   return status;
+}
+
+std::shared_ptr<const monitoring::ResponseCurve> Recorder::baseline_curve(std::size_t axis) const {
+  const std::scoped_lock lock(status_mutex_);
+  return baselines_[axis];
 }
 
 }  // namespace resonid::monitor

@@ -24,14 +24,16 @@
 namespace resonid::monitor {
 
 /// Puts what the engine comes to into the store, one transaction for all axes every 200 ms, on a thread of
-/// its own; keeps it while the disk is full, and tells that; copies the raw samples around an alarm; and
-/// hands alarms on to those who are told of them.
+/// its own; keeps it while the disk is full, and tells that; copies the raw samples around an alarm, keeps
+/// the response with a baseline; and hands alarms on to those who are told of them.
 class Recorder {
  public:
   struct Axis {
     const InstalledAxis* installed = nullptr;
     Ring* ring = nullptr;
     std::string configuration_hash;
+    std::string begins_anew;          ///< Why nothing of a former process goes on; empty: it does.
+    std::uint64_t replayed_from = 0;  ///< Events from here on come again where the store has them.
   };
   /// `told`: called with each alarm's record as soon as it is lasting.
   Recorder(Store store, Reader reader, Engine& engine, std::vector<Axis> axes,
@@ -52,6 +54,8 @@ class Recorder {
     std::vector<AlarmRecord> unwritten;  ///< Alarms that the store does not know yet, newest first.
   };
   [[nodiscard]] Status status() const;
+  /// Of an axis when a person set its newest baseline; null: none was set, or nothing was known then.
+  [[nodiscard]] std::shared_ptr<const monitoring::ResponseCurve> baseline_curve(std::size_t axis) const;
 
  private:
   struct Evidence {
@@ -65,8 +69,12 @@ class Recorder {
   [[nodiscard]] bool commit(Status& status, std::vector<OutboxRecord>& messages);
   void upkeep(std::chrono::steady_clock::time_point due);
   void gather(Batch& batch, std::vector<Results>& all);
+  void set_baseline(std::size_t axis, const Told& told, Batch& batch);
   void schedule_evidence(std::string alarm_id, std::size_t axis, std::uint64_t sample);
   void find_evidence();
+  void close_orphans();
+  void expect_replays();
+  [[nodiscard]] bool lacks_evidence(const std::string& alarm_id);
   void copy_evidence(Batch& batch, std::int64_t now, bool last);
   [[nodiscard]] std::filesystem::path folder_of_evidence() const;
 
@@ -80,6 +88,7 @@ class Recorder {
   std::shared_ptr<Deliveries> deliveries_;
   DiskAlarm disk_alarm_;
   std::function<void(const AlarmRecord&)> told_;
+  Batch first_;  // of the start
   Backlog backlog_;
   std::vector<std::pair<std::size_t, std::uint64_t>> snapshots_;  // of the backlog: axis, position
   std::vector<Evidence> evidence_;
@@ -88,6 +97,7 @@ class Recorder {
   std::thread thread_;
   mutable std::mutex status_mutex_;
   Status status_;
+  std::vector<std::shared_ptr<const monitoring::ResponseCurve>> baselines_;  // with status_mutex_
 };
 
 }  // namespace resonid::monitor

@@ -57,6 +57,7 @@ std::vector<Told> told_of(const std::vector<ActionRecord>& records) {
     told.action.kind = *kind;
     told.action.id = json.value("id", std::uint64_t{0});
     told.action.until_sample = json.value("until_sample", std::uint64_t{0});
+    told.action.until_ns = json.value("until_ns", std::int64_t{0});
     told.action.alarm = monitoring::AlarmId::of(
         std::min<std::size_t>(json.value("alarm", std::size_t{0}), monitoring::kAlarms - 1));
     told.time_ns = r.time_ns;
@@ -65,6 +66,15 @@ std::vector<Told> told_of(const std::vector<ActionRecord>& records) {
     all.push_back(std::move(told));
   }
   return all;
+}
+
+/// Events of the next sample come again only with an action that the snapshot has not seen.
+std::uint64_t replayed_from(const Engine::Axis& axis) {
+  const std::uint64_t next = axis.monitor.next_sample();
+  const bool again = std::any_of(axis.actions.begin(), axis.actions.end(), [&](const Told& told) {
+    return told.action.sample == next && told.action.id > axis.monitor.last_action();
+  });
+  return again ? next : next + 1;
 }
 
 }  // namespace
@@ -80,7 +90,11 @@ struct Service::Parts {
   std::vector<std::unique_ptr<Source>> sources;
   std::unique_ptr<LiveBackend> backend;
   std::unique_ptr<web::WebServer> server;
-  std::vector<std::string> remarks;
+  struct Beginning {
+    std::string anew;                 // why; empty: it goes on
+    std::uint64_t replayed_from = 0;  // events from here on
+  };
+  std::vector<Beginning> beginnings;  // [axis]
   Watch watch;
   bool stopped = false;
 
@@ -97,16 +111,21 @@ struct Service::Parts {
           Ring::open_or_renew(installation.data / "rings" / (axis.spec.name + ".ring"), settings, renewed);
       if (!ring) return std::move(ring.error());
       if (renewed)
-        remarks.push_back(
-            fmt::format("axis {}: its ring of raw samples is made anew, for another rate, other "
-                        "columns or another length",
-                        axis.spec.name));
+        say(LogLevel::warning,
+            "axis {}: its ring of raw samples is made anew, for another rate, other columns or another "
+            "length",
+            axis.spec.name);
       rings.push_back(std::move(*ring));
       intakes.push_back(std::make_unique<Intake>(*rings.back(), axis.columns));
       source_axes[axis.source].add(axis.channel.empty() ? axis.spec.name : axis.channel,
                                    intakes.back().get());
     }
     return std::nullopt;
+  }
+
+  void begin_anew(std::size_t i, std::string why) {
+    say(LogLevel::warning, "axis {} begins anew: {}", installation.axes[i].spec.name, why);
+    beginnings[i].anew = std::move(why);
   }
 
   /// The axis as a former process left it, else anew.
@@ -122,14 +141,15 @@ struct Service::Parts {
       }
       auto monitor = monitoring::AxisMonitor::restore(axis.spec, s.bytes);
       if (!monitor)
-        remarks.push_back(fmt::format("axis {} begins anew: its snapshot {}", axis.spec.name,
-                                      monitor.error().requirement.view()));
+        begin_anew(i, fmt::format("its snapshot {}", monitor.error().requirement.view()));
       else if (s.configuration_hash != hashes[i])
-        remarks.push_back(fmt::format("axis {} begins anew: its configuration has changed", axis.spec.name));
+        begin_anew(i, "its configuration has changed");
       else {
         auto actions = reader.actions(axis.spec.name, monitor->next_sample(), kMostReplayedActions);
         if (!actions) return tl::unexpected(store_error(actions.error()));
-        return Engine::Axis{std::move(*monitor), rings[i].get(), told_of(*actions)};
+        Engine::Axis goes_on{std::move(*monitor), rings[i].get(), told_of(*actions)};
+        beginnings[i].replayed_from = replayed_from(goes_on);
+        return goes_on;
       }
     }
     auto monitor = monitoring::AxisMonitor::create(axis.spec);
@@ -138,7 +158,19 @@ struct Service::Parts {
       e.where = "axis " + axis.spec.name;
       return tl::unexpected(std::move(e));
     }
-    return Engine::Axis{std::move(*monitor), rings[i].get(), {}};
+    Engine::Axis begun{std::move(*monitor), rings[i].get(), {}};
+    if (*stored) return begun;
+    // Killed before its first snapshot it goes on where its first sample is still there.
+    const auto oldest = rings[i]->piece(rings[i]->begin(), 1);
+    if (oldest.samples > 0 && oldest.first_sample == 0) {
+      auto actions = reader.actions(axis.spec.name, 0, kMostReplayedActions);
+      if (!actions) return tl::unexpected(store_error(actions.error()));
+      begun.actions = told_of(*actions);
+      beginnings[i].replayed_from = replayed_from(begun);
+    } else {
+      beginnings[i].anew = "it has no snapshot";
+    }
+    return begun;
   }
 
   std::optional<Error> open() {
@@ -160,6 +192,7 @@ struct Service::Parts {
     auto reader = Reader::open(file);
     if (!reader) return store_error(reader.error());
     std::vector<Engine::Axis> axes;
+    beginnings.resize(installation.axes.size());
     for (std::size_t i = 0; i < installation.axes.size(); ++i) {
       hashes.push_back(configuration_hash(installation.axes[i].configuration));
       auto axis = restored(*reader, i);
@@ -176,7 +209,8 @@ struct Service::Parts {
     std::vector<Recorder::Axis> recorded;
     std::vector<LiveBackend::Axis> live;
     for (std::size_t i = 0; i < rings.size(); ++i) {
-      recorded.push_back({&installation.axes[i], rings[i].get(), hashes[i]});
+      recorded.push_back({&installation.axes[i], rings[i].get(), hashes[i], beginnings[i].anew,
+                          beginnings[i].replayed_from});
       live.push_back({&installation.axes[i], rings[i].get(), intakes[i].get(), hashes[i]});
     }
     recorder = std::make_unique<Recorder>(std::move(*store), std::move(*recorders_reader), *engine,
@@ -206,7 +240,6 @@ struct Service::Parts {
     for (std::size_t i = 0; i < sources.size(); ++i) watch.add(installation.sources[i].name, *sources[i]);
     for (std::size_t i = 0; i < intakes.size(); ++i) watch.add(installation.axes[i].spec.name, *intakes[i]);
     watch.start();
-    for (const auto& remark : remarks) say(LogLevel::warning, "{}", remark);
     say(LogLevel::info, "version {} runs: {} axes, {} sources, page at {}, data in '{}'",
         installation.version, rings.size(), sources.size(), server->url(), installation.data.string());
     return std::nullopt;
@@ -250,8 +283,8 @@ expected<std::unique_ptr<Service>, Error> Service::start(Installation installati
 void Service::stop() { parts_->stop(); }
 bool Service::finished() const { return parts_->finished(); }
 std::string Service::url() const { return parts_->server->url(); }
+bool Service::healthy() const { return parts_->backend->readiness().engine; }
 const web::Backend& Service::backend() const { return *parts_->backend; }
 web::Backend& Service::backend() { return *parts_->backend; }
-const std::vector<std::string>& Service::remarks() const { return parts_->remarks; }
 
 }  // namespace resonid::monitor

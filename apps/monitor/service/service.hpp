@@ -25,11 +25,11 @@ class Service {
   void stop();
   /// All sources have ended, and what they brought is followed.
   [[nodiscard]] bool finished() const;
+  /// Whether its engine goes on; a service that does not is to be ended by the watchdog.
+  [[nodiscard]] bool healthy() const;
   [[nodiscard]] std::string url() const;
   [[nodiscard]] const web::Backend& backend() const;
   [[nodiscard]] web::Backend& backend();
-  /// What is to be told at the start: axes that begin anew, and why.
-  [[nodiscard]] const std::vector<std::string>& remarks() const;
 
  private:
   struct Parts;

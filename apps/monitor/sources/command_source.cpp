@@ -135,8 +135,14 @@ class CommandSource final : public ThreadSource {
     if (const int code = child.start(settings_.command); code != 0)
       return fmt::format("cannot run '{}': {}", settings_.command.front(), system_error_text(code));
     set_state(SourceState::running);
-    const auto take = [this](const Message& message) {
-      if (const auto* arrival = std::get_if<Arrival>(&message)) static_cast<void>(deliver(*arrival));
+    const bool wraps = settings_.format.sample_wraps;
+    const auto take = [&](const Message& message) {
+      const auto* arrived = std::get_if<Arrival>(&message);
+      if (arrived == nullptr) return;
+      Arrival arrival = *arrived;
+      if (const Intake* const intake = delivery_.find(arrival.axis); wraps && intake && arrival.first_sample)
+        arrival.first_sample = unwrapped(*arrival.first_sample, intake->next_for_sender());
+      static_cast<void>(deliver(arrival));
     };
     std::array<char, 65'536> buffer;
     LastLine said;
@@ -159,7 +165,7 @@ class CommandSource final : public ThreadSource {
         break;
       }
     }
-    decoder.finish(take);
+    decoder.break_off();  // it may have been ended within a line
     if (stopping()) child.terminate();
     finish(child, said, buffer);
     return fmt::format("'{}' {}{}", settings_.command.front(), child.how_it_ended(), said.told());
@@ -181,6 +187,16 @@ class CommandSource final : public ThreadSource {
 };
 
 }  // namespace
+
+std::uint64_t unwrapped(std::uint64_t number, std::uint64_t due) noexcept {
+  constexpr std::uint64_t kTurn = std::uint64_t{1} << 32U;
+  constexpr std::uint64_t kLongestGap = std::uint64_t{1} << 26U;  // over the turn: 18 h at 1 kHz
+  const std::uint64_t ahead = (number + kTurn - due % kTurn) % kTurn;
+  const bool turned = number < due % kTurn;
+  const bool forward = ahead < kTurn / 2 && !(turned && ahead > kLongestGap);
+  const std::uint64_t behind = kTurn - ahead;
+  return forward || ahead == 0 || behind > due ? due + ahead : due - behind;
+}
 
 expected<std::unique_ptr<Source>, Error> make_command_source(CommandSettings settings, Axes& axes) {
   if (settings.command.empty() || settings.command.front().empty())

@@ -5,8 +5,8 @@ namespace resonid::monitor {
 namespace {
 
 std::variant<FrameDecoder, TextDecoder> decoder_of(const Format& format, FaultLog& faults) {
-  if (const auto* text = std::get_if<TextSettings>(&format)) return TextDecoder(*text, faults);
-  return FrameDecoder(faults);
+  if (format.kind == SampleFormat::frame) return FrameDecoder(faults);
+  return TextDecoder(format, faults);
 }
 
 TextDecoder::Take taking_arrivals(const Decoder::Take& take) {
@@ -25,6 +25,11 @@ void Decoder::add(std::string_view bytes, const Take& take) {
 
 void Decoder::finish(const Take& take) {
   if (auto* text = std::get_if<TextDecoder>(&decoder_)) return text->finish(taking_arrivals(take));
+  std::get<FrameDecoder>(decoder_).finish();
+}
+
+void Decoder::break_off() {
+  if (auto* text = std::get_if<TextDecoder>(&decoder_)) return text->break_off();
   std::get<FrameDecoder>(decoder_).finish();
 }
 

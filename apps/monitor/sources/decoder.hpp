@@ -11,10 +11,6 @@
 
 namespace resonid::monitor {
 
-struct Frames {};
-/// How samples are written: as frames or as lines.
-using Format = std::variant<Frames, TextSettings>;
-
 /// Reads a stream of either; of lines come arrivals only. See FrameDecoder and TextDecoder.
 class Decoder {
  public:
@@ -25,6 +21,8 @@ class Decoder {
   void add(std::string_view bytes, const Take& take);
   /// The stream ends here.
   void finish(const Take& take);
+  /// As finish(), where what is not whole may lack its end: half a line is a fault.
+  void break_off();
   /// A message that is whole, a datagram for example.
   void message(std::string_view bytes, const Take& take);
   /// The next byte is this one of its stream, and nothing is unfinished.

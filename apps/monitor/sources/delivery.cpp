@@ -14,23 +14,26 @@ Intake* Delivery::find(std::string_view axis) const {
 Intake::Outcome Delivery::add(const Arrival& arrival, const SourcePosition& position) {
   Intake* const intake = find(arrival.axis);
   if (intake == nullptr) {
-    messages_.fetch_add(1, std::memory_order_relaxed);
-    unknown_.fetch_add(1, std::memory_order_relaxed);
-    faults_.note(Fault::axis, arrival.axis.empty()
-                                  ? std::string("samples without an axis; its name is required")
-                                  : fmt::format("samples of '{}'; a configured axis is required",
-                                                printable(arrival.axis)));
+    count_message();
+    count_unknown(arrival.axis.empty() ? std::string("samples without an axis; its name is required")
+                                       : fmt::format("samples of '{}'; a configured axis is required",
+                                                     printable(arrival.axis)));
     return Intake::Outcome::refused;
   }
   const auto outcome = intake->add(arrival, position);
-  if (outcome != Intake::Outcome::full) messages_.fetch_add(1, std::memory_order_relaxed);
+  if (outcome != Intake::Outcome::full) count_message();
   return outcome;
 }
 
 void Delivery::drop(const Arrival& arrival) {
-  messages_.fetch_add(1, std::memory_order_relaxed);
+  count_message();
   count_lost(1);
   if (Intake* const intake = find(arrival.axis)) intake->lost(arrival.samples());
+}
+
+void Delivery::count_unknown(std::string what) {
+  unknown_.fetch_add(1, std::memory_order_relaxed);
+  faults_.note(Fault::axis, std::move(what));
 }
 
 FaultLog& Delivery::faults() const {

@@ -21,17 +21,26 @@ class Delivery {
   /// What arrived cannot be taken and will not come again.
   void drop(const Arrival& arrival);
 
+  void count_message() noexcept { messages_.fetch_add(1, std::memory_order_relaxed); }
   void count_bytes(std::uint64_t bytes) noexcept { bytes_.fetch_add(bytes, std::memory_order_relaxed); }
   void count_lost(std::uint64_t messages) noexcept { lost_.fetch_add(messages, std::memory_order_relaxed); }
+  /// Of an axis that nobody configured; `what` says so.
+  void count_unknown(std::string what);
+  /// Whoever waits for room in an intake gives up.
+  void stop() noexcept { stopping_.store(true, std::memory_order_release); }
+  [[nodiscard]] bool stopping() const noexcept { return stopping_.load(std::memory_order_acquire); }
   [[nodiscard]] Axes& axes() const noexcept { return axes_; }
   /// For what is wrong before it is known which axis it is of: the log of the only axis, where there is one.
   [[nodiscard]] FaultLog& faults() const;
+  /// For what is of no axis, whatever axes there are.
+  [[nodiscard]] FaultLog& faults_of_none() const noexcept { return faults_; }
   /// The counters, and as text the faults with their newest examples.
   [[nodiscard]] SourceStatus status() const;
 
  private:
   Axes& axes_;
   mutable FaultLog faults_;
+  std::atomic<bool> stopping_{false};
   std::atomic<std::uint64_t> messages_{0}, bytes_{0}, lost_{0}, unknown_{0};
 };
 

@@ -91,7 +91,10 @@ std::vector<NamedFile> generations_of(const fs::path& path) {
 class FileSource final : public ThreadSource {
  public:
   FileSource(FileSettings settings, Axes& axes)
-      : ThreadSource(axes), settings_(std::move(settings)), decoder_(settings_.format, delivery_.faults()) {}
+      : ThreadSource(axes),
+        settings_(std::move(settings)),
+        decoder_(settings_.format, delivery_.faults()),
+        from_end_(!settings_.from_start) {}
   ~FileSource() override { stop(); }
   [[nodiscard]] std::string_view promise() const noexcept override {
     return "Nothing is lost when the process is killed, as long as the file and those it was renamed to are "
@@ -109,7 +112,10 @@ class FileSource final : public ThreadSource {
         follow();
         continue;
       }
-      if (!next) set_state(SourceState::waiting, why_none());
+      if (!next) {
+        from_end_ = false;  // what comes later is new
+        set_state(SourceState::waiting, why_none());
+      }
       static_cast<void>(wait(backoff.next_s()));
     }
   }
@@ -192,7 +198,9 @@ class FileSource final : public ThreadSource {
         behind = behind || position.told();
       }
     }
+    const bool known = behind || !stands.empty() || !ahead_.empty();
     std::uint64_t from = stands.empty() || behind ? 0 : UINT64_MAX;
+    if (std::exchange(from_end_, false) && !known) from = identity_.size;
     for (const SourcePosition& position : stands)
       from = std::min(from, position.word[2] == generation_ ? position.word[3] : 0);
     if (from > identity_.size) {
@@ -293,7 +301,7 @@ class FileSource final : public ThreadSource {
       if (!ahead_.contains(intake)) intake->reached(position_at(safe_));
   }
 
-  bool frames() const noexcept { return std::holds_alternative<Frames>(settings_.format); }
+  bool frames() const noexcept { return settings_.format.kind == SampleFormat::frame; }
 
   void take(const Message& message) {
     const auto* arrival = std::get_if<Arrival>(&message);
@@ -305,6 +313,7 @@ class FileSource final : public ThreadSource {
 
   const FileSettings settings_;
   Decoder decoder_;
+  bool from_end_;  ///< The first file that is opened is read from its end on, where nothing is known of it.
   Descriptor file_;
   FileIdentity identity_;
   std::uint64_t generation_ = 0;  ///< Word 2 of the position.

@@ -12,15 +12,17 @@ namespace resonid::monitor {
 
 struct FileSettings {
   std::filesystem::path path;
-  Format format = TextSettings{};
+  Format format = {};
   double poll_s = 0.02;  ///< Between looks at a file that has not grown.
+  bool from_start =
+      true;  ///< Else what is there when no axis stands in any file and it is started is left out.
 };
 
-/// Follows a file that others write, from its beginning on, and through its rotation: one that is renamed
-/// (to NAME.1, NAME-20260921 and the like in the same folder) is read to its end before the next one, one
-/// that is truncated from its beginning. Goes on where its axes' rings stand, also in a file that was renamed
-/// meanwhile. Names of CSV columns are looked for in the first lines of the file. While an intake is full
-/// nothing is read.
+/// Follows a file that others write, from its beginning (or its end) on, and through its rotation: one that
+/// is renamed (to NAME.1, NAME-20260921 and the like in the same folder) is read to its end before the next
+/// one, one that is truncated from its beginning. Goes on where its axes' rings stand, also in a file that
+/// was renamed meanwhile. Names of CSV columns are looked for in the first lines of the file. While an intake
+/// is full nothing is read.
 ///
 /// Position: device, inode, time of birth (ns; 0 where the file system does not know) plus the number of
 /// truncations, byte.

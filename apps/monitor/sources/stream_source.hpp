@@ -10,7 +10,7 @@
 namespace resonid::monitor {
 
 struct StreamSettings {
-  Format format = TextSettings{};
+  Format format = {};
   int descriptor = 0;  ///< Standard input; stays open when the source ends.
 };
 

@@ -18,7 +18,7 @@ TcpConnection::TcpConnection(Descriptor socket, const Format& format, Delivery& 
     : socket_(std::move(socket)),
       decoder_(format, delivery.faults()),
       delivery_(delivery),
-      answers_frames_(std::holds_alternative<Frames>(format)) {}
+      answers_frames_(format.kind == SampleFormat::frame) {}
 
 short TcpConnection::events() const noexcept {
   const bool reads = !ended_ && kept_.empty() && answers_.size() < kMostAnswers;
@@ -28,16 +28,15 @@ short TcpConnection::events() const noexcept {
 void TcpConnection::receive(std::span<char> buffer) {
   const ::ssize_t bytes = ::recv(socket_.get(), buffer.data(), buffer.size(), 0);
   if (bytes < 0 && (errno == EINTR || errno == EAGAIN)) return;
-  const Decoder::Take taken = [this](const Message& message) { take(message); };
-  if (bytes <= 0) {  // closed, or broken off: what came before is as good
+  if (bytes <= 0) {  // closed, or broken off, which nobody can tell apart
     ended_ = true;
-    return decoder_.finish(taken);
+    return decoder_.break_off();
   }
   const auto count = static_cast<std::size_t>(bytes);
   last_ = Clock::now();
   delivery_.count_bytes(count);
   unfinished_ += count;
-  decoder_.add({buffer.data(), count}, taken);
+  decoder_.add({buffer.data(), count}, [this](const Message& message) { take(message); });
 }
 
 void TcpConnection::take(const Message& message) {

@@ -35,7 +35,7 @@ class TcpSource final : public NetworkSource {
       : NetworkSource(axes), settings_(std::move(settings)), address_(std::move(address)) {}
   ~TcpSource() override { stop(); }
   [[nodiscard]] std::string_view promise() const noexcept override {
-    return std::holds_alternative<Frames>(settings_.format)
+    return settings_.format.kind == SampleFormat::frame
                ? "Nothing is lost when the process is killed, if the client keeps samples until they are "
                  "acknowledged."
                : "What is on its way is lost when the process is killed.";

@@ -13,8 +13,8 @@ namespace resonid::monitor {
 
 struct TcpSettings {
   std::string address;  ///< HOST:PORT, port 0: any that is free; unix:/PATH
-  Format format = Frames{};
-  std::size_t most_connections = 1000;
+  Format format = {SampleFormat::frame};
+  std::size_t most_connections = 64;
   double idle_s = 60.0;  ///< After which a client that sends nothing is closed; 0: never.
   std::size_t most_without_message = 2'000'000;  ///< Bytes that a client may send so until it is closed.
   std::size_t most_unfinished = 134'217'728;     ///< Bytes of messages that are not whole, of all clients.

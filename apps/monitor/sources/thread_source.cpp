@@ -40,12 +40,12 @@ void ThreadSource::start() {
 
 void ThreadSource::stop() {
   const std::lock_guard lock(ending_);
-  stopping_.store(true, std::memory_order_release);
+  delivery_.stop();
   if (stop_) static_cast<void>(::eventfd_write(stop_.get(), 1));
   if (thread_.joinable()) thread_.join();
 }
 
-SourceStatus ThreadSource::status() const {
+SourceStatus CountingSource::status() const {
   SourceStatus status = delivery_.status();
   const std::lock_guard lock(mutex_);
   status.state = state_;
@@ -78,7 +78,7 @@ bool ThreadSource::deliver(const Arrival& arrival, const SourcePosition& positio
   return false;
 }
 
-void ThreadSource::set_state(SourceState state, std::string text) {
+void CountingSource::set_state(SourceState state, std::string text) {
   const std::lock_guard lock(mutex_);
   state_ = state;
   text_ = std::move(text);

@@ -3,7 +3,6 @@
 
 #include <poll.h>
 
-#include <atomic>
 #include <mutex>
 #include <span>
 #include <string>
@@ -14,20 +13,36 @@
 
 namespace resonid::monitor {
 
-/// A source with one thread. Whoever derives from it calls stop() in the destructor.
-class ThreadSource : public Source {
+/// A source that counts with a Delivery, and what state it is in. For any thread.
+class CountingSource : public Source {
  public:
-  void start() final;
-  void stop() final;
   [[nodiscard]] SourceStatus status() const final;
 
  protected:
-  explicit ThreadSource(Axes& axes) : delivery_(axes) {}
+  explicit CountingSource(Axes& axes) : delivery_(axes) {}
+  void set_state(SourceState state, std::string text = {});
+
+  Delivery delivery_;
+
+ private:
+  mutable std::mutex mutex_;
+  SourceState state_ = SourceState::starting;
+  std::string text_;
+};
+
+/// A source with one thread. Whoever derives from it calls stop() in the destructor.
+class ThreadSource : public CountingSource {
+ public:
+  void start() final;
+  void stop() final;
+
+ protected:
+  using CountingSource::CountingSource;
 
   /// The thread's body. It ends soon after stopping(), or when nothing more will come.
   virtual void run() = 0;
 
-  [[nodiscard]] bool stopping() const noexcept { return stopping_.load(std::memory_order_acquire); }
+  [[nodiscard]] bool stopping() const noexcept { return delivery_.stopping(); }
   /// Becomes readable with stop().
   [[nodiscard]] int stop_descriptor() const noexcept { return stop_.get(); }
   /// Until one of `others` is ready or the time is over; false when the source is to stop.
@@ -35,18 +50,11 @@ class ThreadSource : public Source {
   /// Waits while the intake is full: for a source that lets the other side wait. False when it is to stop
   /// instead, and the arrival was not taken.
   [[nodiscard]] bool deliver(const Arrival& arrival, const SourcePosition& position = {});
-  void set_state(SourceState state, std::string text = {});
-
-  Delivery delivery_;
 
  private:
   Descriptor stop_;
-  std::atomic<bool> stopping_{false};
   std::thread thread_;
-  mutable std::mutex mutex_;
   std::mutex ending_;
-  SourceState state_ = SourceState::starting;
-  std::string text_;
 };
 
 /// Times between attempts: from `first_s` on each is twice the last one, up to `most_s`.

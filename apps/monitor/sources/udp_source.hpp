@@ -12,7 +12,7 @@ namespace resonid::monitor {
 
 struct UdpSettings {
   std::string address;  ///< HOST:PORT; port 0: any that is free.
-  Format format = Frames{};
+  Format format = {SampleFormat::frame};
   int receive_buffer_bytes = 4'194'304;  ///< Asked of the kernel, which has a limit (net.core.rmem_max).
 };
 

@@ -20,7 +20,9 @@ std::vector<std::byte> blob(const Query& query, int column) {
 
 constexpr std::string_view kAlarmColumns =
     "SELECT alarms.id, name, alarm, sample, severity, active, acknowledged, latched, suppressed, open, "
-    "shelved_until_ns, raised_ns, cleared_ns, json FROM alarms JOIN axes ON axes.id = axis ";
+    "shelved_until_ns, raised_ns, cleared_ns, json, "
+    "EXISTS (SELECT 1 FROM evidence WHERE alarm_id = alarms.id AND NOT remove) FROM alarms JOIN axes ON "
+    "axes.id = axis ";
 
 AlarmRecord alarm_of(const Query& query) {
   AlarmRecord alarm;
@@ -38,6 +40,7 @@ AlarmRecord alarm_of(const Query& query) {
   alarm.raised_ns = query.integer(11);
   alarm.cleared_ns = query.optional_integer(12);
   alarm.json = query.text(13);
+  alarm.evidence = query.integer(14) != 0;
   return alarm;
 }
 
@@ -51,6 +54,19 @@ std::vector<ActionRecord> actions_of(Query& query) {
     actions.push_back({query.text(0), query.text(1), unsigned_of(query.integer(2)), query.integer(3),
                        query.text(4), query.text(5), query.text(6), query.text(7)});
   return actions;
+}
+
+constexpr std::string_view kEventColumns =
+    "SELECT name, sample, alarm, transition, alarm_id, time_ns, text, json FROM events JOIN axes ON axes.id "
+    "= "
+    "axis ";
+
+std::vector<EventRecord> events_of(Query& query) {
+  std::vector<EventRecord> events;
+  while (query.next())
+    events.push_back({query.text(0), unsigned_of(query.integer(1)), query.text(2), query.text(3),
+                      query.text(4), query.integer(5), query.text(6), query.text(7)});
+  return events;
 }
 
 std::string_view condition_of(AlarmFilter filter) {
@@ -201,15 +217,23 @@ expected<std::optional<AlarmRecord>, StoreError> Reader::alarm(std::string_view 
 
 expected<std::vector<EventRecord>, StoreError> Reader::events(std::string_view alarm_id, std::size_t limit) {
   return impl_->read([&] {
-    std::vector<EventRecord> events;
     Query query(impl_->connection,
-                "SELECT name, sample, alarm, transition, alarm_id, time_ns, text, json FROM events "
-                "JOIN axes ON axes.id = axis WHERE alarm_id = ? ORDER BY events.id LIMIT ?",
-                alarm_id, sql_limit(limit));
-    while (query.next())
-      events.push_back({query.text(0), unsigned_of(query.integer(1)), query.text(2), query.text(3),
-                        query.text(4), query.integer(5), query.text(6), query.text(7)});
-    return events;
+                std::string(kEventColumns) + "WHERE alarm_id = ? ORDER BY events.id LIMIT ?", alarm_id,
+                sql_limit(limit));
+    return events_of(query);
+  });
+}
+
+expected<std::vector<EventRecord>, StoreError> Reader::events_from(std::string_view axis,
+                                                                   std::uint64_t sample, std::size_t limit) {
+  return impl_->read([&] {
+    if (sample > unsigned_of(std::numeric_limits<std::int64_t>::max())) return std::vector<EventRecord>{};
+    Query query(impl_->connection,
+                std::string(kEventColumns) +
+                    "WHERE axis = (SELECT id FROM axes WHERE name = ?) AND sample >= ? ORDER BY events.id "
+                    "LIMIT ?",
+                axis, sample, sql_limit(limit));
+    return events_of(query);
   });
 }
 

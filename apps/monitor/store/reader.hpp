@@ -126,6 +126,10 @@ class Reader {
   /// As they happened.
   [[nodiscard]] expected<std::vector<EventRecord>, StoreError> events(std::string_view alarm_id,
                                                                       std::size_t limit);
+  /// Of all alarms of an axis, from a sample on.
+  [[nodiscard]] expected<std::vector<EventRecord>, StoreError> events_from(std::string_view axis,
+                                                                           std::uint64_t sample,
+                                                                           std::size_t limit);
   /// Actions of all axes, the last recorded first.
   [[nodiscard]] expected<std::vector<ActionRecord>, StoreError> audit(std::size_t limit);
   /// The last one first.

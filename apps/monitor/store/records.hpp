@@ -54,11 +54,13 @@ struct AlarmRecord {
   std::uint64_t sample = 0;
   int severity = 0;
   bool active = false, acknowledged = false, latched = false, suppressed = false;
-  bool open = true;  ///< Not done with: active, unacknowledged, latched or shelved.
+  bool open = true;  ///< Not done with: active, unacknowledged, latched or shelved; nor raised again.
   std::optional<std::int64_t> shelved_until_ns;
   std::int64_t raised_ns = 0;
   std::optional<std::int64_t> cleared_ns;
-  std::string json;  ///< All else of it.
+  std::string json;          ///< All else of it.
+  bool evidence = false;     ///< Read only: whether a file with the samples around it is kept.
+  bool begins_anew = false;  ///< Whatever the store has; then any sample is newer.
 };
 
 /// One transition of an alarm; written once per (axis, sample, alarm, transition).

@@ -213,15 +213,17 @@ void Store::Impl::write_alarms(const Batch& batch, Committed& done) {
     run(connection_,
         "INSERT INTO alarms (id, axis, alarm, sample, severity, active, acknowledged, latched, suppressed, "
         "open, "
-        "shelved_until_ns, raised_ns, cleared_ns, json) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?) "
+        "shelved_until_ns, raised_ns, cleared_ns, json) "
+        "VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14) "
         "ON CONFLICT (id) DO UPDATE SET sample = excluded.sample, severity = excluded.severity, "
         "active = excluded.active, acknowledged = excluded.acknowledged, latched = excluded.latched, "
         "suppressed = excluded.suppressed, open = excluded.open, shelved_until_ns = "
         "excluded.shelved_until_ns, "
-        "cleared_ns = excluded.cleared_ns, json = excluded.json WHERE excluded.sample >= alarms.sample",
-        entry.id, axis(entry.axis).id, entry.alarm, entry.sample, entry.severity, entry.active,
-        entry.acknowledged, entry.latched, entry.suppressed, entry.open, entry.shelved_until_ns,
-        entry.raised_ns, entry.cleared_ns, entry.json);
+        "cleared_ns = excluded.cleared_ns, json = excluded.json WHERE excluded.sample >= alarms.sample OR "
+        "?15",
+        entry.id, axis(entry.axis).id, entry.alarm, entry.begins_anew ? std::uint64_t{0} : entry.sample,
+        entry.severity, entry.active, entry.acknowledged, entry.latched, entry.suppressed, entry.open,
+        entry.shelved_until_ns, entry.raised_ns, entry.cleared_ns, entry.json, entry.begins_anew);
   }
   for (const auto& entry : batch.events) {
     if (!storable(entry.sample)) {

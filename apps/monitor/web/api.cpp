@@ -190,7 +190,10 @@ ApiReply get_metrics(const Call& call) {
   reply.type = "text/plain; version=0.0.4; charset=utf-8";
   return reply;
 }
-ApiReply get_health(const Call&) { return json(R"({"healthy":true})"); }
+ApiReply get_health(const Call& call) {
+  return call.parts.backend.readiness().engine ? json(R"({"healthy":true})")
+                                               : json(R"({"healthy":false})", 503);
+}
 ApiReply get_readiness(const Call& call) {
   const auto ready = call.parts.backend.readiness();
   return json(readiness_json(ready), ready.sources && ready.store && ready.engine ? 200 : 503);
@@ -213,6 +216,9 @@ constexpr Route kRoutes[] = {
     {{"POST", "/api/v1/axes/{axis}/baseline"}, Access::write, act_on_axis<ActionKind::baseline>},
     {{"POST", "/api/v1/axes/{axis}/relearn"}, Access::write, act_on_axis<ActionKind::relearn>},
     {{"POST", "/api/v1/axes/{axis}/maintenance"}, Access::write, act_on_axis<ActionKind::maintenance>},
+    {{"POST", "/api/v1/axes/{axis}/end-maintenance"},
+     Access::write,
+     act_on_axis<ActionKind::end_maintenance>},
     {{"GET", "/api/v1/alarms"}, Access::read, get_alarms},
     {{"GET", "/api/v1/alarms/{id}/events"}, Access::read, get_events},
     {{"GET", "/api/v1/alarms/{id}/evidence.csv"}, Access::read_or_query, get_evidence},

@@ -75,6 +75,7 @@ Json status(const AxisStatus& axis, bool full) {
   put(json, "age_s", axis.age_s);
   put(json, "latency_s", axis.latency_s);
   json["sample"] = axis.sample;
+  put(json, "maintenance_until_time_s", axis.maintenance_until_time_s);
   if (axis.worst_alarm)
     json["worst_alarm"] = {{"severity", name_of(axis.worst_alarm->severity)},
                            {"text", axis.worst_alarm->text}};

@@ -57,7 +57,7 @@ struct FigureStatus {
   double baseline = kUnknown;
   double change = kUnknown;      ///< From the baseline, in the figure's unit.
   double change_std = kUnknown;  ///< Standard deviation of `change`.
-  double limit = kUnknown;       ///< |change| at which the alarm comes.
+  double limit = kUnknown;       ///< |change| in its direction at which the alarm of its limits comes.
 };
 
 struct Fault {
@@ -82,6 +82,8 @@ struct AxisStatus {
   double latency_s = kUnknown;                 ///< From a sample's time to its row.
   double rate_hz = kUnknown;
   std::uint64_t sample = 0;  ///< Index of the newest sample in the newest row.
+  double maintenance_until_time_s =
+      kUnknown;  ///< Until then its alarms are suppressed; not known: they are not.
   struct Worst {
     Severity severity = Severity::low;
     std::string text;
@@ -240,7 +242,16 @@ struct AuditEntry {
   std::string text;
 };
 
-enum class ActionKind : std::uint8_t { acknowledge, shelve, unshelve, reset, baseline, relearn, maintenance };
+enum class ActionKind : std::uint8_t {
+  acknowledge,
+  shelve,
+  unshelve,
+  reset,
+  baseline,
+  relearn,
+  maintenance,
+  end_maintenance
+};
 
 /// An action of a person; on an alarm or on an axis, as its kind says.
 struct Action {

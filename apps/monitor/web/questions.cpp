@@ -15,8 +15,8 @@
 namespace resonid::monitor::web {
 namespace {
 
-constexpr double kYear = 366.0 * 86400.0;    // s
-constexpr double kLastTime = 32503680000.0;  // year 3000
+constexpr double kYear = 366.0 * 86400.0;  // s
+constexpr double kLastTime = 9e9;          // year 2255; in ns it is a 64-bit number
 constexpr std::size_t kLongestWho = 200;
 
 unexpected<Problem> invalid(std::string_view field, std::string message) {

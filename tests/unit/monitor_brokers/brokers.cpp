@@ -266,7 +266,7 @@ std::unique_ptr<Source> mqtt_source(std::uint16_t port, Axes& axes, int version)
   settings.broker.port = port;
   settings.broker.version = version == 5 ? MqttVersion::v5 : MqttVersion::v3_1_1;
   settings.broker.client_id = "resonid-test";
-  settings.topics = {{"machines/+/samples", PayloadFormat::frame, {}, {}}};
+  settings.topics = {{"machines/+/samples", {SampleFormat::frame}}};
   auto source = make_mqtt_source(std::move(settings), axes);
   require(source.has_value(), "no MQTT source");
   return std::move(*source);
@@ -277,7 +277,7 @@ std::unique_ptr<Source> jetstream_source(const std::string& url, Axes& axes, con
   settings.servers.servers = {url};
   settings.stream = "SAMPLES";
   settings.consumer = "resonid";
-  settings.subjects = {filter, PayloadFormat::frame, {}, {}};
+  settings.subjects = {filter, {SampleFormat::frame}};
   auto source = make_jetstream_source(std::move(settings), axes);
   require(source.has_value(), "no JetStream source");
   return std::move(*source);

@@ -38,7 +38,7 @@ TEST(Scout, GuessesFormatColumnsAndRate) {
   const auto all = scout.found();
   ASSERT_EQ(all.size(), 7U);
   const Discovered& frame = named(all, "frame");
-  EXPECT_EQ(frame.format, PayloadFormat::frame);
+  EXPECT_EQ(frame.format, SampleFormat::frame);
   EXPECT_EQ(frame.axis, "x");
   EXPECT_EQ(frame.columns, (Columns{"ru", "u", "y"}));
   EXPECT_EQ(frame.messages, 5U);
@@ -50,18 +50,18 @@ TEST(Scout, GuessesFormatColumnsAndRate) {
   EXPECT_EQ(frame.told_rate_hz, kRate_hz);
   EXPECT_TRUE(frame.numbered && frame.timed);
   const Discovered& json = named(all, "json");
-  EXPECT_EQ(json.format, PayloadFormat::json);
+  EXPECT_EQ(json.format, SampleFormat::json);
   EXPECT_EQ(json.axis, "y");
   EXPECT_EQ(json.columns, (Columns{"ru", "y"}));
   EXPECT_NEAR(json.measured_rate_hz, 8.0, 1e-9);
   EXPECT_TRUE(json.numbered && !json.timed);
   const Discovered& lines = named(all, "lines");
-  EXPECT_EQ(lines.format, PayloadFormat::line_protocol);
+  EXPECT_EQ(lines.format, SampleFormat::line_protocol);
   EXPECT_EQ(lines.axis, "z");
   EXPECT_EQ(lines.columns, (Columns{"ru", "u"}));
-  EXPECT_EQ(named(all, "names").format, PayloadFormat::csv);
+  EXPECT_EQ(named(all, "names").format, SampleFormat::csv);
   EXPECT_EQ(named(all, "names").columns, (Columns{"ru", "y"}));
-  EXPECT_EQ(named(all, "numbers").format, PayloadFormat::csv);
+  EXPECT_EQ(named(all, "numbers").format, SampleFormat::csv);
   EXPECT_EQ(named(all, "numbers").columns, (Columns{"column 1", "column 2", "column 3"}));
   EXPECT_NEAR(named(all, "numbers").measured_rate_hz, 8.0, 1e-9);
   EXPECT_EQ(named(all, "numbers").samples[1][1], 5.0);
@@ -101,7 +101,7 @@ TEST(ByteScout, GuessesTheFormatOfAStream) {
   for (const std::size_t part : {std::size_t{7}, std::size_t{100'000}}) {
     const auto csv = found("# a comment\nsample;ru;y\n" + rows, part);
     ASSERT_EQ(csv.size(), 1U);
-    EXPECT_EQ(csv[0].format, PayloadFormat::csv);
+    EXPECT_EQ(csv[0].format, SampleFormat::csv);
     EXPECT_EQ(csv[0].columns, (Columns{"ru", "y"}));
     EXPECT_TRUE(csv[0].named && csv[0].numbered);
     EXPECT_EQ(csv[0].sample_count, 600U);
@@ -110,7 +110,7 @@ TEST(ByteScout, GuessesTheFormatOfAStream) {
     EXPECT_EQ(numbers.at(0).samples.at(1).size(), 600U);
     EXPECT_EQ(found("{\"axis\":\"x\",\"y\":1}\n{\"axis\":\"z\",\"y\":1}\n", part).size(), 2U);
     const auto frames = found(encoded(Question{"x"}) + frame_of("x", 0, 100) + frame_of("x", 100, 50), part);
-    EXPECT_EQ(frames.at(0).format, PayloadFormat::frame);
+    EXPECT_EQ(frames.at(0).format, SampleFormat::frame);
     EXPECT_EQ(frames.at(0).sample_count, 150U);
     EXPECT_TRUE(found("the door is open\n", part).empty());
   }

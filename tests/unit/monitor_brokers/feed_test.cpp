@@ -39,8 +39,8 @@ TEST(Feed, KnowsTheSubjectsOfAFilter) {
 TEST(Feed, JoinsTheNamesOfTopicAndMessage) {
   const TemporaryFolder folder;
   Rings rings(folder.path(), {"m1/x", "m1/y", "m2"});
-  Feed feed(rings, {{"machines/+", PayloadFormat::frame, {}, {}}, {"all", PayloadFormat::frame, {}, {}}},
-            kMqttTopics);
+  Delivery delivery(rings);
+  Feed feed(delivery, {{"machines/+", {SampleFormat::frame}}, {"all", {SampleFormat::frame}}}, kMqttTopics);
   EXPECT_TRUE(feed.take(0, "machines/m1", frame_of("x", 0) + frame_of("y", 0) + frame_of("y", kFrame)));
   EXPECT_TRUE(feed.take(0, "machines/m2", frame_of("x", 0)));
   EXPECT_TRUE(feed.take(1, "all", frame_of("m2", kFrame)));
@@ -49,27 +49,29 @@ TEST(Feed, JoinsTheNamesOfTopicAndMessage) {
   expect_stored(rings.ring("m1/x"), kFrame);
   expect_stored(rings.ring("m1/y"), 2 * kFrame);
   expect_stored(rings.ring("m2"), 2 * kFrame);
-  EXPECT_EQ(feed.status().unknown, 2U);
-  EXPECT_EQ(feed.status().messages, 5U);
+  EXPECT_EQ(delivery.status().unknown, 2U);
+  EXPECT_EQ(delivery.status().messages, 5U);
 }
 
 /// The whole topic is an axis' name, too.
 TEST(Feed, KnowsAxesByTheirTopics) {
   const TemporaryFolder folder;
   Rings rings(folder.path(), {"drives/x", "y"});
-  Feed feed(rings, {{"drives/#", PayloadFormat::frame, {}, {}}}, kMqttTopics);
+  Delivery delivery(rings);
+  Feed feed(delivery, {{"drives/#", {SampleFormat::frame}}}, kMqttTopics);
   EXPECT_TRUE(feed.take(0, "drives/x", frame_of("", 0)));
   EXPECT_TRUE(feed.take(0, "drives/x", frame_of("y", 0)));  // what the message tells counts for more
   EXPECT_TRUE(feed.take(0, "drives/z", frame_of("", 0)));
   expect_stored(rings.ring("drives/x"), kFrame);
   expect_stored(rings.ring("y"), kFrame);
-  EXPECT_EQ(feed.status().unknown, 1U);
+  EXPECT_EQ(delivery.status().unknown, 1U);
 }
 
 TEST(Feed, NumbersTheFramesOfAMessage) {
   const TemporaryFolder folder;
   Rings rings(folder.path(), {"x"});
-  Feed feed(rings, {{"s", PayloadFormat::frame, {}, {}}}, kNatsSubjects);
+  Delivery delivery(rings);
+  Feed feed(delivery, {{"s", {SampleFormat::frame}}}, kNatsSubjects);
   const std::string message = frame_of("", 0) + frame_of("", kFrame);
   EXPECT_TRUE(feed.take(0, "s", message, {{7, 0, 5, 0}}));
   EXPECT_EQ(rings.ring("x").source(), (SourcePosition{{7, 0, 5, 2}}));
@@ -82,7 +84,8 @@ TEST(Feed, NumbersTheFramesOfAMessage) {
 TEST(Feed, ForgetsTopicsRatherThanGrow) {
   const TemporaryFolder folder;
   Rings rings(folder.path(), {"x"});
-  Feed feed(rings, {{"#", PayloadFormat::csv, {}, {}}}, kMqttTopics);
+  Delivery delivery(rings);
+  Feed feed(delivery, {{"#", {SampleFormat::csv, {}, {}}}}, kMqttTopics);
   const std::string names = "ru,u,y\n";
   EXPECT_TRUE(feed.take(0, "first", names + "0,0,0\n"));
   for (int k = 0; k < 25'000; ++k) EXPECT_TRUE(feed.take(0, std::to_string(k), "nothing"));

@@ -68,7 +68,7 @@ TEST_F(JetStream, LeavesOutByPositionWhatComesAgain) {
   JetStreamSourceSettings settings;
   settings.servers.servers = {server_->url()};
   settings.stream = "SAMPLES";
-  settings.subjects = {"machines.*.samples", PayloadFormat::csv, {"ru", "u", "y"}, {}};
+  settings.subjects = {"machines.*.samples", {SampleFormat::csv, {"ru", "u", "y"}, {}}};
   for (std::uint64_t k = 0; k < 200; k += 2) {
     std::string lines;
     for (std::uint64_t n = k; n < k + 2; ++n)

@@ -17,7 +17,7 @@ MqttSourceSettings settings_of(const Mosquitto& broker) {
   settings.broker.host = "127.0.0.1";
   settings.broker.port = broker.port();
   settings.broker.client_id = "resonid-test";
-  settings.topics = {{"machines/+/samples", PayloadFormat::frame, {}, {}}};
+  settings.topics = {{"machines/+/samples", {SampleFormat::frame}}};
   return settings;
 }
 
@@ -214,14 +214,14 @@ TEST(Mqtt, RefusesWhatCannotWork) {
   const TemporaryFolder folder;
   Rings rings(folder.path(), {"x"});
   MqttSourceSettings settings;
-  settings.topics = {{"a/+/b", PayloadFormat::frame, {}, {}}};
+  settings.topics = {{"a/+/b", {SampleFormat::frame}}};
   RESONID_EXPECT_MESSAGE(make_mqtt_source(settings, rings), "client id");
   settings.broker.client_id = "c";
-  settings.topics = {{"a/#/b", PayloadFormat::frame, {}, {}}};
+  settings.topics = {{"a/#/b", {SampleFormat::frame}}};
   RESONID_EXPECT_MESSAGE(make_mqtt_source(settings, rings), "'a/#/b' is no filter");
   settings.topics = {};
   RESONID_EXPECT_MESSAGE(make_mqtt_source(settings, rings), "at least one filter");
-  settings.topics = {{"a", PayloadFormat::frame, {}, {}}};
+  settings.topics = {{"a", {SampleFormat::frame}}};
   settings.broker.access.tls = Tls{folder / "absent.pem", {}, {}};
   const auto source = std::move(make_mqtt_source(settings, rings).value());
   source->start();
@@ -235,9 +235,9 @@ TEST(Mqtt, ReadsTextOfEachTopicByItself) {
   const TemporaryFolder folder;
   Rings rings(folder.path(), {"c", "j", "m/l"});
   MqttSourceSettings settings = settings_of(broker);
-  settings.topics = {{"csv/+", PayloadFormat::csv, {"ru", "u", "y"}, {}},
-                     {"json", PayloadFormat::json, {}, "j"},
-                     {"lines/+", PayloadFormat::line_protocol, {}, {}}};
+  settings.topics = {{"csv/+", {SampleFormat::csv, {"ru", "u", "y"}, {}}},
+                     {"json", {SampleFormat::json, {}, "j"}},
+                     {"lines/+", {SampleFormat::line_protocol, {}, {}}}};
   const auto source = std::move(make_mqtt_source(settings, rings).value());
   source->start();
   ASSERT_TRUE(runs(*source));

@@ -14,7 +14,7 @@ bool runs(const Source& source) {
 NatsSourceSettings settings_of(const std::string& url) {
   NatsSourceSettings settings;
   settings.servers.servers = {url};
-  settings.subjects = {{"machines.*.samples", PayloadFormat::frame, {}, {}}};
+  settings.subjects = {{"machines.*.samples", {SampleFormat::frame}}};
   return settings;
 }
 
@@ -117,6 +117,25 @@ TEST(Nats, LetsInWhoHasTheRightPassword) {
   }
 }
 
+TEST(Nats, LetsInWhoHasTheRightToken) {
+  RESONID_REQUIRE_PROGRAM("nats-server");
+  const NatsServer server("authorization { token: \"a-secret\" }");
+  const TemporaryFolder folder;
+  Rings rings(folder.path(), {"x"});
+  for (const bool right : {false, true}) {
+    NatsSourceSettings settings = settings_of(server.url());
+    settings.servers.token_file = folder.file("token", right ? " a-secret\r\nmore\n" : "another\n");
+    const auto source = std::move(make_nats_source(settings, rings).value());
+    source->start();
+    ASSERT_TRUE(until([&] { return source->status().state != SourceState::starting; }));
+    EXPECT_EQ(source->status().state, right ? SourceState::running : SourceState::waiting)
+        << source->status().text;
+    if (!right) {
+      EXPECT_NE(source->status().text.find("uthori"), std::string::npos) << source->status().text;
+    }
+  }
+}
+
 TEST(Nats, TrustsOnlyWhomItKnows) {
   RESONID_REQUIRE_PROGRAM("nats-server");
   RESONID_REQUIRE_PROGRAM("openssl");
@@ -141,7 +160,7 @@ TEST(Nats, RefusesFiltersThatAreNone) {
   Rings rings(folder.path(), {"x"});
   for (const std::string filter : {"", "a..b", "a b", ">.a", "."}) {
     NatsSourceSettings settings;
-    settings.subjects = {{filter, PayloadFormat::frame, {}, {}}};
+    settings.subjects = {{filter, {SampleFormat::frame}}};
     RESONID_EXPECT_MESSAGE(make_nats_source(settings, rings), "is no filter of subjects");
   }
   RESONID_EXPECT_MESSAGE(make_nats_source({}, rings), "at least one filter");

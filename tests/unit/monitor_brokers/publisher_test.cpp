@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "monitor/brokers/publisher.hpp"
 
+#include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <httplib.h>
 #include <mosquitto.h>
+#include <sys/socket.h>
 
 #include <nlohmann/json.hpp>
 
 #include "brokers.hpp"
+#include "monitor/sources/descriptor.hpp"
 
 namespace resonid::monitor::test {
 namespace {
@@ -167,6 +170,63 @@ TEST(Publisher, NatsSucceedsWhenTheServerHasIt) {
   EXPECT_FALSE(publisher->publish(kKey, "alarms.x", kBody).has_value());
   server.start();
   EXPECT_TRUE(publisher->publish(kKey, "alarms.x", kBody).has_value());
+}
+
+/// What comes of a message that is interrupted once `waits` returns, and after how many seconds the publisher
+/// is gone.
+double seconds_to_end(std::unique_ptr<Publisher> publisher, const std::function<bool()>& waits) {
+  std::thread publishing([&] {
+    EXPECT_NE(why_not(publisher->publish(kKey, "alarms.x", kBody)).find("interrupted"), std::string::npos);
+  });
+  EXPECT_TRUE(waits());
+  const auto begin = std::chrono::steady_clock::now();
+  publisher->interrupt();
+  publishing.join();
+  EXPECT_FALSE(publisher->publish(kKey, "alarms.x", kBody).has_value());
+  publisher.reset();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+TEST(Publisher, NatsThatConnectsIsInterrupted) {
+  const Descriptor silent(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));  // takes calls and says nothing
+  sockaddr_in address{};
+  socklen_t size = sizeof address;
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  ASSERT_EQ(::bind(silent.get(), reinterpret_cast<sockaddr*>(&address), size), 0);
+  const timeval patience{10, 0};
+  ASSERT_EQ(::setsockopt(silent.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience), 0);
+  ASSERT_EQ(::listen(silent.get(), 1), 0);
+  ASSERT_EQ(::getsockname(silent.get(), reinterpret_cast<sockaddr*>(&address), &size), 0);
+  NatsSettings settings;
+  settings.servers = {"nats://127.0.0.1:" + std::to_string(ntohs(address.sin_port))};
+  Descriptor caller;
+  EXPECT_LT(seconds_to_end(make_nats_publisher(settings, true),
+                           [&] {
+                             caller = Descriptor(::accept(silent.get(), nullptr, nullptr));
+                             return static_cast<bool>(caller);
+                           }),
+            1.0);
+}
+
+TEST(Publisher, NatsThatWaitsForAStreamIsInterrupted) {
+  RESONID_REQUIRE_PROGRAM("nats-server");
+  const NatsServer server;
+  NatsSender other(server.url());
+  natsSubscription* silent = nullptr;  // no stream, but one who listens and does not answer
+  ASSERT_EQ(natsConnection_SubscribeSync(&silent, other.connection(), "alarms.x"), NATS_OK);
+  other.flush();
+  NatsSettings settings;
+  settings.servers = {server.url()};
+  EXPECT_LT(seconds_to_end(make_nats_publisher(settings, true),
+                           [&] {
+                             natsMsg* message = nullptr;
+                             const natsStatus status = natsSubscription_NextMsg(&message, silent, 10'000);
+                             natsMsg_Destroy(message);
+                             return status == NATS_OK;
+                           }),
+            1.0);
+  natsSubscription_Destroy(silent);
 }
 
 /// A receiver of webhooks on a free port.

@@ -124,7 +124,12 @@ TEST(Check, RefusesSourcesThatCannotBe) {
   EXPECT_TRUE(is_only(source("kind = 'mqtt'\naddress = 'b:1883'\ntopic = 'a'\nca_file = 'ca'"),
                       "m.toml:14:11: source.s.ca_file", "needs tls = true"));
   EXPECT_TRUE(is_only(source("kind = 'mqtt'\naddress = 'b:1883'\ntopic = 'a'\nqos = 3"),
-                      "m.toml:14:7: source.s.qos", "must be 0 ... 2"));
+                      "m.toml:14:7: source.s.qos", "must be 0 ... 1"));
+  EXPECT_TRUE(is_only(source("kind = 'mqtt'\naddress = 'b:1883'\ntopic = 'a'\nversion = '4'"),
+                      "m.toml:14:11: source.s.version", "required one of 3.1.1"));
+  EXPECT_TRUE(is_only(source("kind = 'nats'\naddress = 'b:4222'\nsubject = 'a'\nstream = 's'\n"
+                             "pending_messages = 7"),
+                      "m.toml:15:20: source.s.pending_messages", "has no meaning with a stream"));
   EXPECT_TRUE(is_only(source("kind = 'nats'\naddress = 'b:4222'\nsubject = 'a'\ndurable = 'd'"),
                       "m.toml:14:11: source.s.durable", "needs a stream"));
   EXPECT_TRUE(is_only(source("kind = 'demo'\nexperiments = ['demoo']"), "m.toml:12:15: source.s.experiments",

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -259,6 +260,94 @@ TEST_F(IntakeTest, TheClockIsPutForwardAndNeverBack) {
   for (std::size_t i = 1; i < all.size(); ++i) ASSERT_GT(all[i].time_ns, all[i - 1].time_ns) << i;
   EXPECT_EQ(counters().missing, 0U);
   expect_right();
+}
+
+constexpr std::int64_t kHour_ns = 3'600'000'000'000, kYears_ns = 87'600 * kHour_ns;
+
+TEST_F(IntakeTest, OneWrongTimeAmongGoodOnesChangesNothing) {
+  for (const std::int64_t off_ns : {kYears_ns, kHour_ns, -kHour_ns, -kYears_ns, -60'000'000'000}) {
+    const std::uint64_t begin = ring_->next_sample();
+    const std::uint64_t told = faults(Fault::clock);
+    for (std::uint64_t k = begin; k < begin + 8000; k += 50)
+      ASSERT_EQ(add(k, 50, time_of(k) + (k == begin + 2000 ? off_ns : 0)), Outcome::taken);
+    EXPECT_EQ(ring_->next_time_ns(), time_of(begin + 8000)) << off_ns;
+    EXPECT_GT(faults(Fault::clock), told);
+    open();  // and the next process knows nothing of it
+  }
+  const auto all = stored();
+  for (const Stored& s : all) ASSERT_EQ(s.time_ns, time_of(s.sample)) << s.sample;
+}
+
+TEST_F(IntakeTest, AWrongTimeOfASenderThatCountsAnewMakesNoGapOfYears) {
+  for (std::uint64_t k = 0; k < 5000; k += 100) add(k, 100, time_of(k));
+  EXPECT_EQ(add(0, 100, time_of(5000) + kYears_ns), Outcome::taken);
+  EXPECT_EQ(faults(Fault::restart), 1U);
+  EXPECT_EQ(faults(Fault::clock), 1U);
+  EXPECT_EQ(ring_->next_sample(), 5000U + 1001U + 100U);
+  EXPECT_EQ(ring_->next_time_ns(), time_of(5000 + 1001 + 100));
+}
+
+TEST_F(IntakeTest, AJumpCountsOnceMessagesOfThreeSecondsConfirmIt) {
+  std::uint64_t k = 0;
+  for (; k < 2000; k += 50) add(k, 50, time_of(k));
+  for (; k < 4950; k += 50) add(k, 50, time_of(k) + kHour_ns);
+  EXPECT_EQ(ring_->next_time_ns(), time_of(k));
+  for (; k < 6000; k += 50) add(k, 50, time_of(k) + kHour_ns);
+  EXPECT_EQ(ring_->next_time_ns(), time_of(k) + kHour_ns);
+  EXPECT_EQ(faults(Fault::clock), 1U);
+  EXPECT_EQ(counters().missing, 0U);
+}
+
+TEST_F(IntakeTest, APauseUntilNowCountsAtOnce) {
+  const auto now = std::chrono::duration_cast<std::chrono::nanoseconds>(
+                       std::chrono::system_clock::now().time_since_epoch())
+                       .count();
+  for (std::uint64_t k = 0; k < 2000; k += 100)
+    add({}, 100, now - 2 * kHour_ns + static_cast<std::int64_t>(k) * kInterval_ns);
+  add({}, 100, now);
+  EXPECT_EQ(stored().back().time_ns, now + 99 * kInterval_ns);
+}
+
+TEST_F(IntakeTest, ACountedGapCountsAtOnce) {
+  for (std::uint64_t k = 0; k < 2000; k += 100) add(k, 100, time_of(k));
+  const std::uint64_t later = 2000 + 7200 * kRate_hz;
+  add(later, 100, time_of(later) + 6'000'000'000);  // within the tolerance of the rate
+  EXPECT_EQ(stored().back().time_ns, time_of(later + 99) + 6'000'000'000);
+}
+
+TEST_F(IntakeTest, AClockThatWasFarAheadBeginsAnewPastAGap) {
+  for (const std::int64_t ahead_ns : {kHour_ns, kYears_ns}) {
+    const std::uint64_t begin = intake_->next_for_sender();
+    std::uint64_t k = begin;
+    for (; k < begin + 6000; k += 50) add(k, 50, time_of(k) + ahead_ns);
+    EXPECT_EQ(ring_->next_time_ns(), time_of(k) + ahead_ns);
+    open();
+    const std::uint64_t before = ring_->next_sample();
+    for (; k < begin + 12'000; k += 50) ASSERT_EQ(add(k, 50, time_of(k)), Outcome::taken);
+    EXPECT_EQ(ring_->next_time_ns(), time_of(k));
+    EXPECT_EQ(ring_->interval_ns(), 1e6);
+    EXPECT_EQ(counters().missing, 1001U);
+    EXPECT_EQ(ring_->next_sample(), before + 6000 + 1001);
+    EXPECT_EQ(intake_->next_for_sender(), k);
+    EXPECT_NE(intake_->faults().example(Fault::clock).find("begins anew"), std::string::npos);
+  }
+  // Among samples that follow one another it did not turn back.
+  const auto all = stored();
+  std::size_t back = 0;
+  for (std::size_t i = 1; i < all.size(); ++i) {
+    if (all[i].time_ns > all[i - 1].time_ns) continue;
+    ++back;
+    EXPECT_GT(all[i].sample, all[i - 1].sample + 1000);
+  }
+  EXPECT_EQ(back, 2U);
+}
+
+TEST_F(IntakeTest, ASenderThatHasLostItsClockDoesNotTakeTheTimeWithIt) {
+  std::uint64_t k = 0;
+  for (; k < 2000; k += 100) add(k, 100, time_of(k));
+  for (; k < 20'000; k += 100) add(k, 100, static_cast<std::int64_t>(k) * kInterval_ns);  // 1970
+  EXPECT_EQ(ring_->next_time_ns(), time_of(k));
+  EXPECT_EQ(faults(Fault::clock), 1U);
 }
 
 TEST_F(IntakeTest, ADriftingClockIsFollowedWithoutAFault) {

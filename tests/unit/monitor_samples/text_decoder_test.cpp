@@ -25,8 +25,8 @@ struct Come {
 };
 
 struct Reader {
-  explicit Reader(TextSettings settings) : decoder(std::move(settings), faults) {}
-  explicit Reader(TextFormat format) : Reader(TextSettings{format, {}, {}}) {}
+  explicit Reader(Format settings) : decoder(std::move(settings), faults) {}
+  explicit Reader(SampleFormat format) : Reader(Format{format, {}, {}}) {}
 
   Batches::Take take() {
     return [this](const Arrival& a) {
@@ -86,7 +86,7 @@ TEST(CsvLines, ComeInPiecesOfAnySize) {
       "time,sample,ru,u,y\n1790000000.000,7,1,2,3\n1790000000.001,8,4,5,nan\r\n\n# "
       "9\n1790000000.002,9,7,8,9\n";
   for (std::size_t piece = 1; piece < text.size(); ++piece) {
-    Reader reader(TextFormat::csv);
+    Reader reader(SampleFormat::csv);
     for (std::size_t at = 0; at < text.size(); at += piece)
       reader.add(std::string_view(text).substr(at, piece));
     Numbers values;
@@ -108,7 +108,7 @@ TEST(CsvLines, ComeInPiecesOfAnySize) {
 TEST(CsvLines, SeparatorsAndDecimalMarksOfTheirWriters) {
   for (const char* text : {"ru;y\n1,5;-2\n", "ru\ty\n1,5\t-2\n", "ru  y\n1.5   -2\n",
                            "\xEF\xBB\xBF\"ru\",\"y\"\n\"1.5\",\"-2\"\n", "ru,y,\n1.5,-2,\n"}) {
-    Reader reader(TextFormat::csv);
+    Reader reader(SampleFormat::csv);
     reader.add(text);
     ASSERT_EQ(reader.all.size(), 1U) << text;
     EXPECT_EQ(reader.all[0].columns, (Names{"ru", "y"})) << text;
@@ -117,7 +117,7 @@ TEST(CsvLines, SeparatorsAndDecimalMarksOfTheirWriters) {
 }
 
 TEST(CsvLines, SeveralAxesInOneStream) {
-  Reader reader(TextFormat::csv);
+  Reader reader(SampleFormat::csv);
   reader.add("axis,sample,y\na,0,1\nb,5,2\na,1,3\nb,6,4\na,9,5\n");
   ASSERT_EQ(reader.all.size(), 3U);
   EXPECT_EQ(reader.all[0].axis, "a");
@@ -129,7 +129,7 @@ TEST(CsvLines, SeveralAxesInOneStream) {
 }
 
 TEST(CsvLines, ConfiguredColumnsNeedNoHeaderAndRenameOne) {
-  Reader reader(TextSettings{TextFormat::csv, {"ru", "y"}, "press"});
+  Reader reader(Format{SampleFormat::csv, {"ru", "y"}, "press"});
   reader.add("1,2\nin,out\n3,4\n");
   ASSERT_EQ(reader.all.size(), 1U);
   EXPECT_EQ(reader.all[0].axis, "press");
@@ -139,7 +139,7 @@ TEST(CsvLines, ConfiguredColumnsNeedNoHeaderAndRenameOne) {
 }
 
 TEST(CsvLines, ANewHeaderIsTakenAndALineOfWordsIsNot) {
-  Reader reader(TextFormat::csv);
+  Reader reader(SampleFormat::csv);
   reader.add("some words\nru,y\n1,2\nthe disk is full\nfull,disk\ny,ru\n3,4\n1,2,3\n");
   ASSERT_EQ(reader.all.size(), 2U);
   EXPECT_EQ(reader.all[0].values, (Numbers{1, 2}));
@@ -151,7 +151,7 @@ TEST(CsvLines, ANewHeaderIsTakenAndALineOfWordsIsNot) {
 TEST(CsvLines, GarbageBeforeTheFirstNumbersChangesNothing) {
   const std::string garbage = "\x01;\xfe;\x03\nk\n\xf0\x9f,\x07\n;;\n";
   for (const auto& [columns, header] : {std::pair{Names{"ru", "y"}, ""}, {Names{}, "ru,y\n"}}) {
-    Reader reader(TextSettings{TextFormat::csv, columns, {}});
+    Reader reader(Format{SampleFormat::csv, columns, {}});
     reader.add(header + garbage + "1,2\n");
     ASSERT_EQ(reader.all.size(), 1U) << header;
     EXPECT_EQ(reader.all[0].columns, (Names{"ru", "y"}));
@@ -161,7 +161,7 @@ TEST(CsvLines, GarbageBeforeTheFirstNumbersChangesNothing) {
 }
 
 TEST(CsvLines, AJumpOfTimeBeginsAnArrivalOfItsOwn) {
-  Reader reader(TextFormat::csv);
+  Reader reader(SampleFormat::csv);
   reader.add("time,y\n1790000000.0,1\n1790000000.05,2\n1790000009.0,3\n1790000008.9,4\n");
   ASSERT_EQ(reader.all.size(), 3U);
   EXPECT_EQ(reader.all[1].time_ns, kTime_ns + 9'000'000'000);
@@ -169,7 +169,7 @@ TEST(CsvLines, AJumpOfTimeBeginsAnArrivalOfItsOwn) {
 }
 
 TEST(CsvLines, WhatCannotBeReadIsAFaultWithAnExample) {
-  Reader reader(TextFormat::csv);
+  Reader reader(SampleFormat::csv);
   reader.add("1,2\n");
   EXPECT_EQ(reader.faults.count(Fault::columns), 1U);
   reader.add("sample,y\n-1,2\n\x01\xff,3\n");
@@ -182,7 +182,7 @@ TEST(CsvLines, WhatCannotBeReadIsAFaultWithAnExample) {
 }
 
 TEST(TextLines, TooLongOnesAreLeftOutAndTheNextIsRead) {
-  Reader reader(TextFormat::csv);
+  Reader reader(SampleFormat::csv);
   reader.add("y\n1\n");
   const std::string piece(100'000, '7');
   for (int k = 0; k < 30; ++k) reader.add(piece);
@@ -194,7 +194,7 @@ TEST(TextLines, TooLongOnesAreLeftOutAndTheNextIsRead) {
 }
 
 TEST(TextLines, AReaderOfAFileGoesOnWhereItStood) {
-  Reader reader(TextFormat::csv);
+  Reader reader(SampleFormat::csv);
   reader.add("ru,y\n");
   reader.decoder.seek(1000);
   reader.add("1,2\n3,");
@@ -208,7 +208,7 @@ TEST(TextLines, AReaderOfAFileGoesOnWhereItStood) {
 }
 
 TEST(JsonLines, ObjectsOfNumbersAndOfArrays) {
-  Reader reader(TextFormat::json);
+  Reader reader(SampleFormat::json);
   reader.add(R"({"axis":"x","sample":5,"time":1790000000.5,"rate":2000,"ru":1,"y":2.5}
 {"axis":"x","sample":6,"rate":2000,"ru":[3,4],"y":[null,5e-1]}
 )");
@@ -225,7 +225,7 @@ TEST(JsonLines, ObjectsOfNumbersAndOfArrays) {
 }
 
 TEST(JsonLines, ArraysOfObjectsAndConstantsBesideArrays) {
-  Reader reader(TextFormat::json);
+  Reader reader(SampleFormat::json);
   reader.message(R"([{"axis":"a","y":1},{"axis":"b","y":2},{"axis":"a","y":[3,4],"t":7}])");
   ASSERT_EQ(reader.all.size(), 3U);
   EXPECT_EQ(reader.all[0].values, Numbers{1});
@@ -235,7 +235,7 @@ TEST(JsonLines, ArraysOfObjectsAndConstantsBesideArrays) {
 }
 
 TEST(JsonLines, EndsOfSamplesOfOneMessageAscendToItsEnd) {
-  Reader reader(TextFormat::json);
+  Reader reader(SampleFormat::json);
   const std::string text = R"([{"sample":0,"y":1},{"sample":1,"y":2},{"sample":9,"y":[3,4]}])";
   reader.message(text);
   ASSERT_EQ(reader.all.size(), 2U);
@@ -244,7 +244,7 @@ TEST(JsonLines, EndsOfSamplesOfOneMessageAscendToItsEnd) {
 }
 
 TEST(JsonLines, MessagesOfSeveralLines) {
-  Reader reader(TextFormat::json);
+  Reader reader(SampleFormat::json);
   reader.message("{\n \"y\": [1,\n 2]\n}\n");
   reader.message("{\"y\":3}\n{\"y\":4}\n");
   ASSERT_EQ(reader.all.size(), 2U);
@@ -254,7 +254,7 @@ TEST(JsonLines, MessagesOfSeveralLines) {
 }
 
 TEST(JsonLines, NanOfPythonIsReadAndDamageIsAFault) {
-  Reader reader(TextFormat::json);
+  Reader reader(SampleFormat::json);
   reader.add("{\"y\":[1,NaN,-Infinity]}\n");
   ASSERT_EQ(reader.all.size(), 1U);
   EXPECT_TRUE(std::isnan(reader.all[0].values[1]) && std::isnan(reader.all[0].values[2]));
@@ -272,7 +272,7 @@ TEST(JsonLines, NanOfPythonIsReadAndDamageIsAFault) {
 }
 
 TEST(JsonLines, OneNumberForManySamplesHasALimit) {
-  Reader reader(TextFormat::json);
+  Reader reader(SampleFormat::json);
   std::string text = "{\"y\":[0";
   for (int k = 1; k < 100'000; ++k) text += ",0";
   text += "],\"a\":1,\"b\":2}";
@@ -281,7 +281,7 @@ TEST(JsonLines, OneNumberForManySamplesHasALimit) {
 }
 
 TEST(LineProtocol, TagsFieldsAndTime) {
-  Reader reader(TextFormat::line_protocol);
+  Reader reader(SampleFormat::line_protocol);
   reader.add(
       "drives,axis=x,site=hall\\ 2 sample=7i,rate=1000,ru=1.5,u=2i,y=-3e-1,on=true,note=\"a, b=c\" "
       "1790000000000000000\n"

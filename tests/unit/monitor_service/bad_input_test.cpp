@@ -123,13 +123,14 @@ class BadInput : public testing::Test {
     tcp.most_connections = 64;
     all.sources.push_back(
         {"tcp", "tcp", [=, this](Axes& axes) { return kept(make_tcp_source(tcp, axes), tcp_); }});
-    all.sources.push_back({"udp", "udp", [=, this](Axes& axes) {
-                             return kept(make_udp_source({"127.0.0.1:0", Frames{}, 1'000'000}, axes), udp_);
-                           }});
+    all.sources.push_back(
+        {"udp", "udp", [=, this](Axes& axes) {
+           return kept(make_udp_source({"127.0.0.1:0", Format{SampleFormat::frame}, 1'000'000}, axes), udp_);
+         }});
     all.sources.push_back({"file", "file", [this](Axes& axes) -> Made {
-                             return make_file_source({folder_.path() / "lines.csv", TextSettings{}}, axes);
+                             return make_file_source({folder_.path() / "lines.csv", Format{}}, axes);
                            }});
-    TextSettings lines;
+    Format lines;
     lines.columns = {"ru", "u", "y"};
     all.sources.push_back({"pipe", "stdin", [=, this](Axes& axes) -> Made {
                              return make_stream_source({lines, pipe_[0]}, axes);

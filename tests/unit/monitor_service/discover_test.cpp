@@ -20,7 +20,7 @@ Discovered frames_of(const std::string& name, const std::string& axis = {}, cons
   d.name = name;
   d.axis = axis;
   d.stream = stream;
-  d.format = PayloadFormat::frame;
+  d.format = SampleFormat::frame;
   d.columns = {"ru", "u", "y"};
   d.told_rate_hz = 500.0;
   return d;
@@ -67,7 +67,7 @@ TEST(DiscoveredSources, ReadAStreamOfJetStreamRatherThanItsSubject) {
 
 TEST(DiscoveredSources, NameColumnsOfNumbers) {
   Discovered numbers = frames_of("");
-  numbers.format = PayloadFormat::csv;
+  numbers.format = SampleFormat::csv;
   numbers.columns = {"column 1", "column 2"};
   numbers.named = false;
   const auto all = sources_of(std::vector{numbers}, at(SourceKind::tcp));

@@ -148,6 +148,7 @@ TEST(Disk, AFullDiskIsToldAtOnceAndWrittenLater) {
     ASSERT_FALSE(alarms.empty());
     EXPECT_EQ(alarms[0].alarm, "disk");
     EXPECT_EQ(alarms[0].severity, monitoring::Severity::high);
+    EXPECT_TRUE(backend.events(alarms[0].id)) << "an alarm that waits to be written is known";
   }
   ASSERT_TRUE(eventually([&] { return !backend.status().store.failing; }));
   EXPECT_TRUE(backend.readiness().store);

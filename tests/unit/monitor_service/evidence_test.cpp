@@ -62,7 +62,10 @@ TEST(Evidence, OfClosedAlarmsGoesWithItsReportWhenItIsOldEnough) {
   Batch batch;
   remove_evidence(data.evidence(), *data.reader, batch);
   EXPECT_TRUE(batch.evidence_removed.empty());
+  EXPECT_TRUE(data.reader->alarm("1").value()->evidence);
   data.keep_up(kRaised + 11 * kDay);
+  EXPECT_FALSE(data.reader->alarm("1").value()->evidence);
+  EXPECT_TRUE(data.reader->alarm("2").value()->evidence);
   remove_evidence(data.evidence(), *data.reader, batch);
   EXPECT_EQ(batch.evidence_removed, std::vector<std::string>{"1.csv"});
   EXPECT_EQ(data.files(), std::set<std::string>{"2.csv"});

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <cstring>
@@ -11,6 +10,7 @@
 #include <random>
 #include <resonid/base/error_text.hpp>
 
+#include "children.hpp"
 #include "drive.hpp"
 #include "folder.hpp"
 
@@ -20,25 +20,11 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
-/// Starts the child and waits until it runs (or has ended).
-pid_t start_child(const fs::path& folder, const char* speed, double* seconds = nullptr) {
-  int ends[2];
-  EXPECT_EQ(pipe(ends), 0);
+pid_t start_timed(const fs::path& folder, const char* speed, double* seconds = nullptr) {
   const auto begin = std::chrono::steady_clock::now();
-  const pid_t child = fork();
-  if (child == 0) {
-    dup2(ends[1], 1);
-    close(ends[0]);
-    close(ends[1]);
-    execl(RESONID_MONITOR_CHILD, RESONID_MONITOR_CHILD, folder.c_str(), speed, static_cast<char*>(nullptr));
-    _exit(127);
-  }
-  close(ends[1]);
-  char byte = 0;
-  EXPECT_EQ(read(ends[0], &byte, 1), 1);
+  const pid_t child = start_child({folder.string(), speed});
   if (seconds != nullptr)
     *seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  close(ends[0]);
   return child;
 }
 
@@ -85,7 +71,7 @@ void expect_same(const Stored& a, const Stored& b) {
 TEST(Service, LosesNothingToKillsAtAnyInstant) {
   const Folder undisturbed, killed;
   int status = 0;
-  waitpid(start_child(undisturbed.path(), "100"), &status, 0);
+  waitpid(start_timed(undisturbed.path(), "100"), &status, 0);
   ASSERT_EQ(status, 0);
   const Stored truth = stored(undisturbed.path());
   ASSERT_GT(truth.rows[0].size(), 90U);
@@ -98,7 +84,7 @@ TEST(Service, LosesNothingToKillsAtAnyInstant) {
   double slowest = 0.0;
   while (true) {
     double seconds = 0.0;
-    const pid_t child = start_child(killed.path(), "20", &seconds);
+    const pid_t child = start_timed(killed.path(), "20", &seconds);
     slowest = std::max(slowest, seconds);
     if (done < kills) {
       std::this_thread::sleep_for(
@@ -119,7 +105,9 @@ TEST(Service, LosesNothingToKillsAtAnyInstant) {
 TEST(Service, AnswersWhileItRunsAndTakesActions) {
   const Folder folder;
   const std::vector<std::vector<double>> values{drive_samples(110.0, 75.0, 1)};
-  auto service = Service::start(installation(folder.path(), values, 0.0));
+  auto all = installation(folder.path(), values, 0.0);
+  all.axes[0].spec.alarms[monitoring::Watched::stiffness].low = 10.0;
+  auto service = Service::start(std::move(all));
   ASSERT_TRUE(service) << message_of(service.error());
   auto& backend = (*service)->backend();
   for (int i = 0; i < 500 && backend.alarms({web::AlarmFilter::active, "", 10}).empty(); ++i)
@@ -141,6 +129,11 @@ TEST(Service, AnswersWhileItRunsAndTakesActions) {
   ASSERT_TRUE(response);
   EXPECT_EQ(response->plant.frequency_hz.size(), response->plant.std.size());
   EXPECT_FALSE(backend.axis("nobody"));
+  const auto axis = backend.axis("axis0");
+  ASSERT_TRUE(axis);
+  const auto& stiffness = axis->status.figures[static_cast<std::size_t>(monitoring::Watched::stiffness)];
+  EXPECT_LT(stiffness.change, 0.0);
+  EXPECT_NEAR(stiffness.limit, stiffness.baseline - 10.0, 1e-9);
   std::this_thread::sleep_for(300ms);
   const auto evidence = backend.evidence(alarms.back().id);
   if (evidence) {
@@ -148,6 +141,7 @@ TEST(Service, AnswersWhileItRunsAndTakesActions) {
   }
   (*service)->stop();
   EXPECT_TRUE(backend.evidence(alarms.back().id));
+  for (const auto& alarm : backend.alarms({web::AlarmFilter::all, "", 100})) EXPECT_TRUE(alarm.evidence);
   EXPECT_TRUE(backend.report(alarms.back().id));
 }
 

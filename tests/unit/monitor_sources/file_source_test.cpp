@@ -13,7 +13,7 @@ using test::TemporaryFolder;
 
 class FileSourceTest : public ::testing::Test {
  protected:
-  std::unique_ptr<Source> started(Axes& axes, Format format = TextSettings{}) {
+  std::unique_ptr<Source> started(Axes& axes, Format format = {}) {
     auto source = required(make_file_source({path_, std::move(format), 0.002}, axes));
     source->start();
     return source;
@@ -60,6 +60,37 @@ TEST_F(FileSourceTest, GoesOnWhereTheRingStandsWithTheNamesOfTheFirstLine) {
   ASSERT_TRUE(eventually([&] { return axes.end("x") == 20'002; }));
   axes.expect_exactly("x", 20'002);
   EXPECT_LT(source->status().bytes, 1000U);
+}
+
+TEST_F(FileSourceTest, FromTheEndReadsWhatIsAppendedAndGoesOnThereAfterARestart) {
+  append("u,y\n7,7\n8,8\n");
+  const auto from_end = [&](Axes& axes) {
+    auto source = required(make_file_source({path_, Format{}, 0.002, false}, axes));
+    source->start();
+    return source;
+  };
+  {
+    Installation axes(folder_.path(), {"x"});
+    const auto source = from_end(axes);
+    ASSERT_TRUE(eventually([&] { return axes.intake("x").position().told(); }));
+    append(lines_of(0, 10));
+    ASSERT_TRUE(eventually([&] { return axes.end("x") == 10; }));
+  }
+  append(lines_of(10, 10));  // while nobody looks
+  Installation axes(folder_.path(), {"x"});
+  const auto source = from_end(axes);
+  ASSERT_TRUE(eventually([&] { return axes.end("x") == 20; }));
+  axes.expect_exactly("x", 20);
+}
+
+TEST_F(FileSourceTest, AFileThatComesLaterIsReadFromItsBeginning) {
+  Installation axes(folder_.path(), {"x"});
+  const auto source = required(make_file_source({path_, Format{}, 0.002, false}, axes));
+  source->start();
+  ASSERT_TRUE(eventually([&] { return source->status().state == SourceState::waiting; }));
+  append("u,y\n" + lines_of(0, 10));
+  ASSERT_TRUE(eventually([&] { return axes.end("x") == 10; }));
+  axes.expect_exactly("x", 10);
 }
 
 TEST_F(FileSourceTest, ReadsARenamedFileToItsEndBeforeTheNext) {
@@ -126,7 +157,7 @@ TEST_F(FileSourceTest, BeginsAnewAfterTruncationWhetherItLooksOrNot) {
 }
 
 TEST_F(FileSourceTest, GivesEachOfSeveralAxesWhatItLacks) {
-  const TextSettings format{TextFormat::csv, {"axis", "u", "y"}};
+  const Format format{SampleFormat::csv, {"axis", "u", "y"}};
   const auto line = [](const char* axis, std::uint64_t k) { return std::string(axis) + "," + line_of(k); };
   append(line("a", 0) + line("b", 0) + line("a", 1));
   {
@@ -147,7 +178,7 @@ TEST_F(FileSourceTest, GivesEachOfSeveralAxesWhatItLacks) {
 }
 
 TEST_F(FileSourceTest, AnAxisThatWasLeftBehindMissesNothingOfLaterFiles) {
-  const TextSettings format{TextFormat::csv, {"axis", "u", "y"}};
+  const Format format{SampleFormat::csv, {"axis", "u", "y"}};
   const auto line = [](const char* axis, std::uint64_t k) { return std::string(axis) + "," + line_of(k); };
   append(line("a", 0) + line("b", 0));
   {
@@ -195,14 +226,14 @@ TEST_F(FileSourceTest, GoesOnAmongFramesAndBehindGarbage) {
   append(frame_of("x", 0, 10) + "RSN1 is no frame" + frame_of("x", 10, 5));
   {
     Installation axes(folder_.path(), {"x"});
-    const auto source = started(axes, Frames{});
+    const auto source = started(axes, Format{SampleFormat::frame});
     ASSERT_TRUE(eventually([&] { return axes.end("x") == 15; }));
     EXPECT_EQ(axes.intake("x").faults().count(Fault::format), 1U);
   }
   const std::string frame = frame_of("x", 15, 5);
   append(frame.substr(0, 50));
   Installation axes(folder_.path(), {"x"});
-  const auto source = started(axes, Frames{});
+  const auto source = started(axes, Format{SampleFormat::frame});
   pause_ms(20);
   append(frame.substr(50));
   ASSERT_TRUE(eventually([&] { return axes.end("x") == 20; }));
@@ -217,7 +248,7 @@ TEST_F(FileSourceTest, ReadsALineAgainOfWhichTheRingHasSomeSamples) {
   SourcePosition end;
   {
     Installation axes(folder_.path(), {"x"});
-    const auto source = started(axes, TextSettings{TextFormat::json});
+    const auto source = started(axes, Format{SampleFormat::json});
     ASSERT_TRUE(eventually([&] { return axes.end("x") == 6; }));
     end = axes.intake("x").position();
   }
@@ -230,7 +261,7 @@ TEST_F(FileSourceTest, ReadsALineAgainOfWhichTheRingHasSomeSamples) {
   first.values = values;
   end.word[3] = 31;  // the second line begins at byte 30
   ASSERT_EQ(axes.intake("x").add(first, end), Intake::Outcome::taken);
-  const auto source = started(axes, TextSettings{TextFormat::json});
+  const auto source = started(axes, Format{SampleFormat::json});
   ASSERT_TRUE(eventually([&] { return axes.end("x") == 6; }));
   axes.expect_exactly("x", 6);
 }
@@ -250,7 +281,7 @@ TEST_F(FileSourceTest, WaitsForAFileWhereThereIsAFolder) {
 TEST_F(FileSourceTest, RefusesSettingsThatCannotBe) {
   Installation axes(folder_.path(), {});
   RESONID_EXPECT_MESSAGE(make_file_source({}, axes), "path");
-  RESONID_EXPECT_MESSAGE(make_file_source({path_, TextSettings{}, 0.0}, axes), "poll_s");
+  RESONID_EXPECT_MESSAGE(make_file_source({path_, Format{}, 0.0}, axes), "poll_s");
 }
 
 }  // namespace

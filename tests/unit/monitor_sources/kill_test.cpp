@@ -51,7 +51,7 @@ class Killed : public ::testing::Test {
 TEST_F(Killed, AFileLosesAndDoublesNothing) {
   const fs::path path = folder_ / "x.csv";
   const std::vector<std::string> names{"a", "b"};
-  const FileSettings settings{path, TextSettings{}, 0.001};
+  const FileSettings settings{path, Format{}, 0.001};
   std::uint64_t written = 0, rotations = 0;
   std::ofstream file(path);
   file << "axis,u,y\n";

@@ -34,7 +34,7 @@ TEST(StreamSource, ReadsLinesAlsoInHalvesUntilTheInputIsClosed) {
   const TemporaryFolder folder;
   Installation axes(folder.path(), {"x"});
   Pipe pipe;
-  const auto source = started(pipe, TextSettings{}, axes);
+  const auto source = started(pipe, Format{}, axes);
   const std::string first = "u,y\n" + lines_of(0, 10) + "5.0",
                     second = "00,-10\n" + lines_of(11, 4) + "7.5,-15";
   pipe.write(first);
@@ -51,11 +51,11 @@ TEST(StreamSource, ReadsLinesAlsoInHalvesUntilTheInputIsClosed) {
 
 TEST(StreamSource, ReadsEveryFormat) {
   const std::pair<Format, std::string> cases[] = {
-      {TextSettings{TextFormat::json},
+      {Format{SampleFormat::json},
        "{\"axis\":\"x\",\"u\":[0,0.5],\"y\":[0,-1]}\n{\"axis\":\"x\",\"u\":1,\"y\":-2}\n"},
-      {TextSettings{TextFormat::line_protocol}, "m,axis=x u=0,y=0\nm,axis=x u=0.5,y=-1\nm,axis=x u=1,y=-2\n"},
-      {TextSettings{TextFormat::csv, {"axis", "u", "y"}}, "x 0 0\nx 0.5 -1\nx 1 -2\n"},
-      {Frames{}, frame_of("x", 0, 2) + frame_of("x", 2, 1)}};
+      {Format{SampleFormat::line_protocol}, "m,axis=x u=0,y=0\nm,axis=x u=0.5,y=-1\nm,axis=x u=1,y=-2\n"},
+      {Format{SampleFormat::csv, {"axis", "u", "y"}}, "x 0 0\nx 0.5 -1\nx 1 -2\n"},
+      {Format{SampleFormat::frame}, frame_of("x", 0, 2) + frame_of("x", 2, 1)}};
   for (const auto& [format, text] : cases) {
     const TemporaryFolder folder;
     Installation axes(folder.path(), {"x", "y"});
@@ -72,7 +72,7 @@ TEST(StreamSource, NamesGarbageAndUnknownAxesAndGoesOn) {
   const TemporaryFolder folder;
   Installation axes(folder.path(), {"x", "y"});
   Pipe pipe;
-  const auto source = started(pipe, TextSettings{TextFormat::csv, {"axis", "u", "y"}}, axes);
+  const auto source = started(pipe, Format{SampleFormat::csv, {"axis", "u", "y"}}, axes);
   pipe.write("x,0,0\nnobody,1,2\n\x01\x02garbage\nx,1,2,3,4\nx,0.5,-1\n");
   pipe.to.close();
   ASSERT_TRUE(eventually([&] { return source->status().state == SourceState::ended; }));
@@ -88,7 +88,7 @@ TEST(StreamSource, LetsTheWriterWaitWhileTheRingIsFull) {
   Installation axes(folder.path(), {"x"}, 8192);
   Pipe pipe;
   ASSERT_EQ(::fcntl(pipe.to.get(), F_SETFL, O_NONBLOCK), 0);
-  const auto source = started(pipe, TextSettings{TextFormat::csv, {"u", "y"}}, axes);
+  const auto source = started(pipe, Format{SampleFormat::csv, {"u", "y"}}, axes);
   std::uint64_t written = 0;
   // A ring of 8192 takes 5120 samples before less than a second is free.
   while (written < 20'000) {
@@ -117,7 +117,7 @@ TEST(StreamSource, StopsAtOnceWhileItWaits) {
   const TemporaryFolder folder;
   Installation axes(folder.path(), {"x"}, 8192);
   Pipe pipe;
-  const auto source = started(pipe, TextSettings{TextFormat::csv, {"u", "y"}}, axes);
+  const auto source = started(pipe, Format{SampleFormat::csv, {"u", "y"}}, axes);
   const auto begin = std::chrono::steady_clock::now();
   source->stop();
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(1));
@@ -126,7 +126,7 @@ TEST(StreamSource, StopsAtOnceWhileItWaits) {
 TEST(StreamSource, RefusesADescriptorThatIsNone) {
   const TemporaryFolder folder;
   Installation axes(folder.path(), {});
-  RESONID_EXPECT_MESSAGE(make_stream_source({TextSettings{}, -1}, axes), "descriptor");
+  RESONID_EXPECT_MESSAGE(make_stream_source({Format{}, -1}, axes), "descriptor");
 }
 
 }  // namespace

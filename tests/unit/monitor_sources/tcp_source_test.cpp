@@ -107,17 +107,26 @@ TEST(TcpSource, CountsWhatCannotBeUsedAndDoesNotAcknowledgeIt) {
   EXPECT_EQ(axes.intake("x").faults().count(Fault::rate), 1U);
 }
 
-TEST(TcpSource, TakesTheLastLineOfAClientThatCloses) {
+TEST(TcpSource, HalfALineOfAConnectionThatBreaksIsAFaultAndNoSample) {
   const TemporaryFolder folder;
   Installation axes(folder.path(), {"x"});
   TcpSettings settings = on_any_port();
-  settings.format = TextSettings{TextFormat::csv, {"u", "y"}};
+  settings.format = Format{SampleFormat::csv, {"sample", "u", "y"}};
   const auto source = started(settings, axes);
+  {
+    const Client client(source->bound_port());
+    ASSERT_TRUE(client.send("0,0,0\n1,0.5,-1\n2,1,-"));
+    client.shut_down_sending();
+    EXPECT_TRUE(client.is_closed());
+  }
+  EXPECT_EQ(axes.intake("x").faults().count(Fault::format), 1U);
   const Client client(source->bound_port());
-  ASSERT_TRUE(client.send("0,0\n0.5,-1\n1,-2"));
+  ASSERT_TRUE(client.send("2,1,-2\n3,1.5,-3\n"));
   client.shut_down_sending();
   EXPECT_TRUE(client.is_closed());
-  axes.expect_exactly("x", 3);
+  axes.expect_exactly("x", 4);
+  EXPECT_EQ(axes.intake("x").faults().total(), 1U);
+  EXPECT_EQ(axes.intake("x").counters().duplicate, 0U);
 }
 
 TEST(TcpSource, AnswersAClientThatSendsNoMore) {
@@ -250,7 +259,9 @@ TEST(TcpSource, ServesAThousandClientsAndTurnsAwayMore) {
   std::vector<std::string> names;
   for (std::uint64_t a = 0; a < kAxes; ++a) names.push_back("axis" + std::to_string(a));
   Installation axes(folder.path(), names);
-  const auto source = started(on_any_port(), axes);
+  TcpSettings settings = on_any_port();
+  settings.most_connections = 1000;
+  const auto source = started(settings, axes);
   std::vector<Client> clients;
   for (std::uint64_t k = 0; k < kClients; ++k) {
     clients.emplace_back(source->bound_port());

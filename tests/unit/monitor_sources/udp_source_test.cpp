@@ -31,7 +31,7 @@ TEST(UdpSource, TakesFramesOfBothFamilies) {
 TEST(UdpSource, TakesLinesAndForgetsHalfOnes) {
   const TemporaryFolder folder;
   Installation axes(folder.path(), {"x"});
-  const auto source = started({"127.0.0.1:0", TextSettings{TextFormat::csv, {"sample", "u", "y"}}}, axes);
+  const auto source = started({"127.0.0.1:0", Format{SampleFormat::csv, {"sample", "u", "y"}}}, axes);
   const Client client(source->bound_port(), SOCK_DGRAM);
   ASSERT_TRUE(client.send("0,0,0\n1,0.5,-1\n2,"));
   ASSERT_TRUE(client.send("2,1,-2\n3,1.5,-3"));
@@ -70,7 +70,7 @@ TEST(UdpSource, CountsGarbageAndDuplicatesAndReversedAndHalfFrames) {
 TEST(UdpSource, CountsEveryDatagramThatOverflows) {
   const TemporaryFolder folder;
   Installation axes(folder.path(), {"x"}, 1U << 20U);
-  const auto source = started({"127.0.0.1:0", Frames{}, 4096}, axes);
+  const auto source = started({"127.0.0.1:0", Format{SampleFormat::frame}, 4096}, axes);
   const Client client(source->bound_port(), SOCK_DGRAM);
   std::uint64_t sent = 0;
   for (; sent < 20'000; ++sent) ASSERT_TRUE(client.send(frame_of("x", 10 * sent, 10)));
@@ -129,7 +129,8 @@ TEST(UdpSource, RefusesWhatIsNoAddress) {
   for (const char* text : {"", "localhost", "localhost:", "localhost:65536", "localhost:-1", "::1:80",
                            "[::1]", "[localhost]:1", "a b:1", "unix:/tmp/x", "host:1x"})
     RESONID_EXPECT_MESSAGE(make_udp_source({text}, axes), "address");
-  RESONID_EXPECT_MESSAGE(make_udp_source({":0", Frames{}, 0}, axes), "receive_buffer_bytes");
+  RESONID_EXPECT_MESSAGE(make_udp_source({":0", Format{SampleFormat::frame}, 0}, axes),
+                         "receive_buffer_bytes");
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // Every path over a real socket, with good and bad input; every answer is compared with openapi.json.
 #include "monitor/web/api.hpp"
 
+#include <cmath>
 #include <cstring>
 #include <set>
 
@@ -154,6 +155,19 @@ TEST_F(WebApi, AxesComeWorstFirstAndUnknownIsAbsent) {
   EXPECT_EQ(unknown.at("verdict"), "not-measured");
 }
 
+TEST_F(WebApi, TellsTheEndOfAMaintenance) {
+  auto axis = an_axis("x");
+  axis.maintenance_until_time_s = test::kTime + 3600.0;
+  backend.set({axis});
+  for (const auto* path : {"/api/v1/axes", "/api/v1/axes/x"}) {
+    const auto told = get(path);
+    const auto& one = told.contains("axes") ? told.at("axes").back() : told;
+    EXPECT_EQ(one.at("name"), "x");
+    EXPECT_EQ(one.at("maintenance_until_time_s"), test::kTime + 3600.0);
+  }
+  EXPECT_FALSE(get("/api/v1/axes/y").contains("maintenance_until_time_s"));
+}
+
 TEST_F(WebApi, ForeignBytesBecomeText) {
   const auto fault = get("/api/v1/axes/x").at("faults").at(0);
   EXPECT_EQ(fault.at("text"), "1700000000 after \"1700000001\"\n\xef\xbf\xbd");
@@ -240,8 +254,9 @@ TEST_F(WebApi, TakesActions) {
   EXPECT_EQ(status("POST", "/api/v1/alarms/5/unshelve", R"({"who":"J\u00f6rg"})"), 202);
   EXPECT_EQ(status("POST", "/api/v1/axes/x/baseline", kWho), 202);
   EXPECT_EQ(status("POST", "/api/v1/axes/x/maintenance", kTimed), 202);
+  EXPECT_EQ(status("POST", "/api/v1/axes/x/end-maintenance", R"({"who":"Ann"})"), 202);
   const auto actions = backend.actions();
-  ASSERT_EQ(actions.size(), 5U);
+  ASSERT_EQ(actions.size(), 6U);
   EXPECT_EQ(actions[0].kind, ActionKind::acknowledge);
   EXPECT_EQ(actions[0].alarm, 5U);
   EXPECT_EQ(actions[0].reason, "seen");
@@ -252,6 +267,9 @@ TEST_F(WebApi, TakesActions) {
   EXPECT_EQ(actions[3].kind, ActionKind::baseline);
   EXPECT_EQ(actions[3].axis, "x");
   EXPECT_EQ(actions[4].kind, ActionKind::maintenance);
+  EXPECT_EQ(actions[5].kind, ActionKind::end_maintenance);
+  EXPECT_EQ(actions[5].axis, "x");
+  EXPECT_TRUE(std::isnan(actions[5].until_time_s));
   EXPECT_EQ(status("POST", "/api/v1/alarms/99/acknowledge", kWho), 404);
   EXPECT_EQ(status("POST", "/api/v1/axes/nowhere/baseline", kWho), 404);
 }
@@ -333,9 +351,14 @@ TEST_F(WebApi, SaysWhetherItIsReady) {
   server->stop();
   server = nullptr;
   backend.ready = {true, false, true, "the disk is full"};
+  EXPECT_EQ(ask("GET", "/healthz").status, 200);
   const auto reply = ask("GET", "/readyz");
   EXPECT_EQ(reply.status, 503);
   EXPECT_EQ(json::parse(reply.body).at("text"), "the disk is full");
+  backend.ready.engine = false;
+  const auto hangs = ask("GET", "/healthz");
+  EXPECT_EQ(hangs.status, 503);
+  EXPECT_EQ(json::parse(hangs.body).at("healthy"), false);
 }
 
 TEST_F(WebApi, TokensDecideWhoReadsAndWrites) {

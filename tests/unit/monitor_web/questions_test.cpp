@@ -32,6 +32,13 @@ TEST(WebQuestions, AHistoryIsTheLastHourUnlessToldOtherwise) {
   EXPECT_EQ(question->points, 1000U);
 }
 
+TEST(WebQuestions, TimesAreWhatNanosecondsCanTell) {
+  EXPECT_TRUE(history_question({{"to", "9000000000"}}, 10'000.0));
+  const auto later = history_question({{"to", "32503680000"}}, 10'000.0);
+  ASSERT_FALSE(later);
+  EXPECT_EQ(later.error().kind, Problem::Kind::invalid);
+}
+
 TEST(WebQuestions, AnEndIsATimeOrADuration) {
   const auto until = [](const char* body) {
     const auto action = action_of(ActionKind::shelve, body, 1000.0);

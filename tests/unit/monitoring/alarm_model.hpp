@@ -85,6 +85,11 @@ class AlarmModel {
         if (state_.suppressed_by(Suppression::person) == on) return {};
         return suppress(Suppression::person, on);
       }
+      case ActionKind::remind:
+        if (!state_.active || state_.acknowledged || !state_.annunciated()) return {};
+        told_ = now_;
+        tell(Transition::realarmed);
+        return told_now_;
       case ActionKind::maintenance:
       case ActionKind::set_baseline:
       case ActionKind::relearn:
@@ -129,6 +134,15 @@ class AlarmModel {
   }
   void raise() {
     raises_.push_back(now_);
+    if (!state_.acknowledged || state_.latched || state_.shelving != Shelving::none) {
+      const AlarmState before = state_;
+      state_.acknowledged = true;
+      state_.latched = false;
+      state_.shelving = Shelving::none;
+      state_.shelved_until = 0;
+      tell(Transition::superseded);
+      state_ = before;
+    }
     state_.active = true;
     state_.acknowledged = state_.latched = state_.fleeting = false;
     state_.raised_sample = told_ = now_;

@@ -38,6 +38,7 @@ enum class Happening {
   data_good,
   suppress,
   unsuppress,
+  remind,
   count
 };
 constexpr auto kHappenings = static_cast<int>(Happening::count);
@@ -111,6 +112,8 @@ struct Pair {
           return act(ActionKind::suppress);
         case Happening::unsuppress:
           return act(ActionKind::unsuppress);
+        case Happening::remind:
+          return act(ActionKind::remind);
         case Happening::count:
           break;
       }
@@ -160,7 +163,7 @@ TEST(AlarmState, DoesWhatItsDefinitionSaysInEverySequence) {
     std::size_t visited = 0;
     std::vector<Happening> path;
     explore(Pair(rules), 5, path, visited);
-    EXPECT_EQ(visited, 16U + 256U + 4096U + 65536U + 1048576U);
+    EXPECT_EQ(visited, 17U + 289U + 4913U + 83521U + 1419857U);
     // From a raised alarm, and from one that is latched.
     Pair raised(rules);
     for (int i = 0; i < 3; ++i) ASSERT_TRUE(raised.happens(Happening::above));
@@ -251,6 +254,8 @@ TEST(AlarmState, EndsWhenItIsDisabled) {
   const auto told = list_of(alarm.step(rules, 6, Condition::of(true)));
   ASSERT_EQ(told.size(), 1U);
   EXPECT_EQ(told[0].transition, Transition::reset);
+  EXPECT_EQ(told[0].state.raised_sample, 5U);
+  EXPECT_EQ(told[0].state.cleared_sample, 6U);
   EXPECT_FALSE(alarm.state().of_interest());
   EXPECT_TRUE(list_of(alarm.step(rules, 7, Condition::of(true))).empty());
   EXPECT_FALSE(alarm.act(rules, {7, ActionKind::shelve_once}));

@@ -157,16 +157,40 @@ TEST(AxisAlarms, AreSuppressedUnderMaintenance) {
   EXPECT_FALSE(axis.alarms[of_kind(AlarmKind::stale)].annunciated());
   axis.facts.stale = false;
   axis.change(Watched::stiffness, -5.0, 0.4, 1.0);
-  EXPECT_EQ(axis.rows(9), Told{"stiffness raised"});
+  EXPECT_EQ(axis.rows(9), (Told{"stale cleared", "stiffness raised"}));
   EXPECT_EQ(axis.rows(1), (Told{"stale unsuppressed", "stiffness unsuppressed"}));
   EXPECT_TRUE(axis.alarms[kStiffness].annunciated());
-  // Ended early.
-  axis.act(ActionKind::maintenance, {}, 1000000);
-  axis.rows(1);
+  // Begun and ended early, both without a row in between.
+  EXPECT_EQ(axis.act(ActionKind::maintenance, {}, 1000000),
+            (Told{"stiffness suppressed", "stale suppressed"}));
   EXPECT_FALSE(axis.alarms[kStiffness].annunciated());
-  axis.act(ActionKind::maintenance);
-  axis.rows(1);
+  EXPECT_EQ(axis.act(ActionKind::maintenance), (Told{"stiffness unsuppressed", "stale unsuppressed"}));
   EXPECT_TRUE(axis.alarms[kStiffness].annunciated());
+}
+
+TEST(AxisAlarms, StaySuppressedForAnotherReasonWhenMaintenanceEnds) {
+  WatchedAxis axis;
+  axis.change(Watched::stiffness, -5.0, 0.4, 1.0);
+  EXPECT_EQ(axis.rows(1), Told{"stiffness raised"});
+  axis.facts.learning = true;
+  EXPECT_EQ(axis.rows(1), Told{"stiffness suppressed"});
+  EXPECT_EQ(axis.act(ActionKind::maintenance, {}, 1000000), Told{});
+  EXPECT_EQ(axis.act(ActionKind::maintenance), Told{});
+  EXPECT_FALSE(axis.alarms[kStiffness].annunciated());
+}
+
+TEST(AxisAlarms, LeaveTheTimesOfSilenceToTheClock) {
+  WatchedAxis axis;
+  axis.settings.stale = {true, Severity::high, 1e6, 1e6, 3.0};
+  axis.facts.stale = true;
+  EXPECT_EQ(axis.rows(1), Told{"stale raised"});
+  EXPECT_EQ(axis.rows(10), Told{});
+  EXPECT_EQ(axis.act(ActionKind::remind, of_kind(AlarmKind::stale)), Told{"stale realarmed"});
+  axis.act(ActionKind::acknowledge, of_kind(AlarmKind::stale));
+  EXPECT_EQ(axis.act(ActionKind::remind, of_kind(AlarmKind::stale)),
+            Told{"remind needs an alarm that people are to acknowledge"});
+  axis.facts.stale = false;
+  EXPECT_EQ(axis.rows(1), Told{"stale cleared"});
 }
 
 TEST(AxisAlarms, JudgeNoLimitsWhileLearning) {
@@ -204,7 +228,7 @@ TEST(AxisAlarms, OfLimitsHaveADeadbandOnBothSides) {
       axis.newest_text(),
       "Stiffness is back within its limits: 106.00 +- 0.50 Nm/rad; it lasted for less than 10 s: a longer "
       "on_delay_s helps");
-  EXPECT_EQ(at(89.0), Told{"stiffness-limit raised"});
+  EXPECT_EQ(at(89.0), (Told{"stiffness-limit superseded", "stiffness-limit raised"}));
   EXPECT_EQ(axis.newest_text(), "Stiffness is 89.00 +- 0.50 Nm/rad, below its limit of 90 Nm/rad since 5 s");
   EXPECT_EQ(at(94.0), Told{"stiffness-limit cleared"});
   EXPECT_EQ(axis.alarms[kStiffnessLimit].raised_sample, 500U);

@@ -236,6 +236,47 @@ std::vector<double> turned(std::vector<double> values, std::size_t from, std::si
 }
 constexpr AlarmId kDataAlarm{AlarmKind::data, {}};
 
+TEST(AxisMonitor, LearnsWhereSingleSamplesAreMissing) {
+  auto values = samples_of_drive(40.0, 0.0, 0.0, 7);
+  for (std::size_t k = 150; k < values.size() / 3; k += 150) values[3 * k + 2] = std::nan("");
+  auto monitor = AxisMonitor::create(spec_of_drive()).value();
+  Output out;
+  run(monitor, values, 1000, out);
+  EXPECT_EQ(monitor.phase(), Phase::following) << monitor.reason();
+  ASSERT_FALSE(out.rows.empty());
+  const auto& k = monitor.row()[Watched::stiffness];
+  EXPECT_NEAR(k.value, 143.75, 5.0 * k.std);
+  // By their numbers.
+  auto numbered = AxisMonitor::create(spec_of_drive()).value();
+  for (std::size_t gap = 0; gap < values.size() / 3; gap += 150) {
+    if (numbered.phase() == Phase::learning) numbered.learn();
+    if (gap > 0) numbered.miss(1);
+    const std::size_t from = gap > 0 ? gap + 1 : 0, to = std::min(gap + 150, values.size() / 3);
+    run(numbered, std::span(values).subspan(3 * from, 3 * (to - from)), 1000, out);
+  }
+  EXPECT_EQ(numbered.phase(), Phase::following) << numbered.reason();
+  EXPECT_NEAR(numbered.row()[Watched::stiffness].value, 143.75, 5.0 * numbered.row()[Watched::stiffness].std);
+}
+
+TEST(AxisMonitor, SaysThatGapsKeepItFromLearning) {
+  const auto values = samples_of_drive(20.0, 0.0, 0.0, 7);
+  auto monitor = AxisMonitor::create(spec_of_drive()).value();
+  Output out;
+  for (std::size_t k = 0; k < values.size() / 3; k += 100) {
+    run(monitor, std::span(values).subspan(3 * k, 3 * 100), 1000, out);
+    monitor.miss(25);
+  }
+  EXPECT_EQ(monitor.phase(), Phase::gathering);
+  EXPECT_NE(monitor.reason().find("samples are missing"), std::string::npos) << monitor.reason();
+  ASSERT_EQ(out.events.size(), 1U);
+  EXPECT_EQ(out.events[0].alarm.kind, AlarmKind::data);
+  EXPECT_EQ(out.events[0].transition, Transition::raised);
+  run(monitor, samples_of_drive(40.0, 0.0, 0.0, 7), 1000, out);
+  EXPECT_EQ(monitor.phase(), Phase::following) << monitor.reason();
+  EXPECT_EQ(monitor.reason(), "");
+  EXPECT_EQ(out.events.back().transition, Transition::cleared);
+}
+
 TEST(AxisMonitor, DoesNotTrustAnAxisWhoseOutputIsTurnedRound) {
   const auto values = turned(samples_of_drive(40.0, 0.0, 0.0, 11), 0, 1'000'000);
   auto spec = spec_of_drive();

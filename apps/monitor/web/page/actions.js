@@ -26,6 +26,7 @@ const AXIS = {
     fields: [{ name: "seconds", label: "For", kind: "select", options: DURATIONS }],
   },
 };
+const END_MAINTENANCE = { title: "End the maintenance", text: "Alarms of this axis are told again.", button: "End maintenance", did: "Maintenance ended", optional: true };
 
 async function perform(action, path, name, of, done = () => {}) {
   const result = await askPerson({
@@ -41,14 +42,18 @@ function buttons(actions, names, path, of, done) {
   return names.map((name) => h("button", { type: "button", "data-focus": `do-${name}`, onclick: () => perform(actions[name], path, name, of, done) }, actions[name].button));
 }
 
-/** Buttons for what an alarm's state allows. */
+/** Buttons for what an alarm's state allows. One of the installation goes by itself. */
 export function alarmButtons(alarm, done) {
+  if (!alarm.axis) return h("div", { class: "buttons" });
   const names = [];
   if (!alarm.acknowledged) names.push("acknowledge");
   names.push(alarm.shelved ? "unshelve" : "shelve");
   if (alarm.latched && !alarm.active) names.push("reset");
   return h("div", { class: "buttons" }, buttons(ALARM, names, `alarms/${part(alarm.id)}`, sentence(alarm.text), done));
 }
+
+/** The stream tells what becomes of it. */
+export const endMaintenanceButton = (name) => buttons({ "end-maintenance": END_MAINTENANCE }, ["end-maintenance"], `axes/${part(name)}`, name)[0];
 
 export function axisButtons(name, done) {
   return h("div", { class: "buttons" }, buttons(AXIS, Object.keys(AXIS), `axes/${part(name)}`, name, done));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // One axis: what is wrong, its figures, response, loop and trends, what the estimator does, and what a person can do.
 import { isNumber, list, plain, prettyUnit, significant, words } from "./report/format.js";
-import { axisButtons } from "./actions.js";
+import { axisButtons, endMaintenanceButton } from "./actions.js";
 import { get, part } from "./api.js";
 import { alarmLine } from "./alarms.js";
 import { grid, h, mark, renew, say, sign } from "./dom.js";
@@ -9,7 +9,7 @@ import { ageOf, alarmsOfAxes, groupOf, isAlarmed, isStale, latencyOf } from "./m
 import { responsePart } from "./response.js";
 import { go, link } from "./route.js";
 import { trendsPart } from "./trends.js";
-import { beyondLimit, brief, changeText, count, duration, figureOf, fromInput, GATES, isOpen, latencyText, moment, orderedFigures, sentence, sigmas, stateText, toInput, valueText, verdictText } from "./words.js";
+import { beyondLimit, brief, changeText, count, duration, figureOf, fromInput, GATES, isOpen, latencyText, maintenanceText, moment, orderedFigures, sentence, sigmas, stateText, toInput, valueText, verdictText } from "./words.js";
 
 const DETAILS_MS = 5000;
 const CLASS = ["good", "none", "none", "warning", "bad"];
@@ -26,8 +26,10 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
   const stale = h("p", { class: "stale-text", role: "status" });
   const columns = h("div", {});
   const missing = h("p", { class: "error", role: "alert" });
+  const maintained = h("p", { role: "status" });
+  const maintenance = h("div", { class: "maintenance" }, maintained, endMaintenanceButton(name));
   main.append(h("p", { class: "crumb" }, h("a", { href: link([]) }, "← Fleet")),
-    h("div", { class: "head" }, h("div", {}, h("h1", {}, name), meta), verdict), missing, stale, open, columns);
+    h("div", { class: "head" }, h("div", {}, h("h1", {}, name), meta), verdict), missing, maintenance, stale, open, columns);
   const left = h("div", {});
   columns.append(h("section", {}, h("h2", {}, "Figures"), h("p", { class: "explain" }, "± one standard deviation. Changes are told against the baseline."),
     h("div", { class: "scroll" }, h("table", { class: "fold figures-table" }, h("caption", { class: "unseen" }, "Figures of the axis now"),
@@ -157,6 +159,9 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
       say(meta, `${stateText(old ? "stale" : axis.state)}; ${age === null ? "no samples yet" : old ? `newest sample ${duration(age)} ago` : `data ${duration(age)} old, latency ${latencyText(latencyOf(axis))}`}`);
       say(stale, old ? `${document.body.dataset.connection === "broken" ? "The server does not answer" : "No samples arrive from this axis"}: figures and curves below are the last known ones, not those of now.` : "");
       mark(columns, "data-stale", old);
+      const until = maintenanceText(axis);
+      say(maintained, until && `${until}: no alarm of this axis is told.`);
+      mark(maintenance, "hidden", until === "");
       const mine = [...alarms.values()].filter((a) => a.axis === name && (isOpen(a) || a.shelved || a.suppressed));
       renew(open, mine, () => (mine.length ? [h("section", { class: "open-alarms" }, h("h2", {}, "Alarms"), h("ul", { class: "alarm-list" }, mine.map(alarmLine)))] : []));
       figureRows(axis);

@@ -3,7 +3,7 @@
 import { h, mark, say, sign } from "./dom.js";
 import { ageOf, alarmsOfAxes, FILTERS, groupOf, isAlarmed, isStale, latencyOf, matches, mostChanged, worstFirst } from "./model.js";
 import { go, link } from "./route.js";
-import { beyondLimit, changeText, duration, figureOf, latencyText, orderedFigures, plural, sentence, stateText, valueText } from "./words.js";
+import { beyondLimit, changeText, duration, figureOf, latencyText, maintenanceText, orderedFigures, plural, sentence, stateText, valueText } from "./words.js";
 
 /** Figures that a row shows, and from how many standard deviations on another one takes the place of the last. */
 const FIGURES = ["resonance", "stiffness", "modulus_margin", "load_inertia"];
@@ -105,11 +105,11 @@ export function fleetView(main, { fleet, alarms, query }) {
 
   function rowOf(name) {
     const parts = {
-      link: h("a", { href: link(["axis", name]), tabindex: -1 }, name), sign: h("span", { class: "icon" }), state: h("span", { class: "state" }),
+      link: h("a", { href: link(["axis", name]), tabindex: -1 }, name), sign: h("span", { class: "icon" }), state: h("span", { class: "state" }), maintenance: h("span", { class: "in-maintenance" }),
       text: h("span", { class: "why" }), figures: h("dl", { class: "values" }), data: h("span", { class: "data" }),
     };
     const row = h("div", { role: "listitem", class: "row", "data-axis": name },
-      h("div", { class: "row-head" }, parts.sign, parts.link, parts.state), parts.data, parts.text, parts.figures);
+      h("div", { class: "row-head" }, parts.sign, parts.link, parts.state, parts.maintenance), parts.data, parts.text, parts.figures);
     row.addEventListener("click", (event) => { if (!event.target.closest("a") && !String(getSelection())) parts.link.click(); });
     if (!skips) seen.add(name);
     return { row, ...parts, slots: [], kind: null };
@@ -129,6 +129,7 @@ export function fleetView(main, { fleet, alarms, query }) {
     mark(r.row, "data-stale", stale);
     const age = ageOf(axis, now);
     say(r.state, stale ? `No data for ${duration(age)}` : axis.state === "following" ? (axis.trusted ? "Trusted" : "Not trusted") : stateText(axis.state));
+    say(r.maintenance, maintenanceText(axis));
     const worst = axis.worst_alarm && (open.get(name)?.[0] ?? axis.worst_alarm);
     say(r.text, worst ? `${axis.unacknowledged ? "Alarm" : "Acknowledged alarm"}: ${sentence(worst.text)}` + (axis.alarms > 1 ? ` (and ${axis.alarms - 1} more)` : "")
       : axis.trusted && !stale ? "" : axis.why ?? "");

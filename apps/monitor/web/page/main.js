@@ -54,10 +54,12 @@ async function reloadAlarms() {
   }
 }
 
-let troubles = [];
+let troubles = troublesOf({});
 async function askService() {
   try {
+    const before = troubles.store;
     troubles = troublesOf(await get("status"));
+    if (troubles.store !== before) say(document.getElementById("announce"), troubles.store || "Everything is stored again");
   } catch (error) {
     console.warn("status:", error.message);
   }
@@ -77,6 +79,7 @@ const tellNew = () => {
 function alarmEvent(alarm) {
   const old = alarms.get(String(alarm.id));
   alarms.set(String(alarm.id), alarm);
+  if (!alarm.axis) askService(); // of the installation: what it is about stands in the header
   if (alarm.active && isOpen(alarm) && !alarm.acknowledged && !(old?.active && !old.acknowledged)) {
     fresh.push(alarm);
     if (!telling) telling = setTimeout(tellNew, GATHER_MS);
@@ -143,7 +146,7 @@ function tick(now) {
   requestAnimationFrame(tick);
   if (now - ticked < TICK_MS) return;
   ticked = now;
-  top.update({ fleet, stream, now: performance.now(), axis: view?.axis, troubles });
+  top.update({ fleet, alarms, stream, now: performance.now(), axis: view?.axis, troubles });
   view?.update(performance.now());
   const title = `${view?.title ?? ""} – resonid`;
   const open = [...fleet.axes.values()].reduce((n, a) => n + (a.unacknowledged ?? 0), 0);

@@ -7,7 +7,7 @@ import { bare, isOpen, severityOf, sigmas } from "./words.js";
 const STALE_S = 5;
 
 /** What a status lacks that has none. */
-const NOTHING = { why: "", age_s: null, latency_s: null, worst_alarm: null };
+const NOTHING = { why: "", age_s: null, latency_s: null, maintenance_until_time_s: null, worst_alarm: null };
 const NO_FIGURE = { value: null, std: null, change: null, change_std: null };
 
 export class Fleet {
@@ -104,6 +104,7 @@ export function worstFirst(axes, now) {
 export const FILTERS = {
   all: ["All", () => true], alarms: ["With alarms", (a) => a.alarms > 0 || a.unacknowledged > 0],
   untrusted: ["Not trusted", (a, now) => !a.trusted && !isStale(a, now)], stale: ["No data", isStale],
+  maintenance: ["In maintenance", (a) => isNumber(a.maintenance_until_time_s)],
 };
 
 export function matches(axis, { q = "", show = "all" }, now) {
@@ -122,16 +123,21 @@ export function mostChanged(figures) {
   return best;
 }
 
-/** What of the service itself asks for somebody: the store and its sources. */
-export function troublesOf({ store, sources }) {
-  const full = store?.disk_full ? "Disk full: nothing is stored" : store?.failing ? "Nothing can be stored" : store?.over_limit ? "More is stored than may be" : null;
-  return [...(full ? [full] : []),
-    ...list(sources).filter((s) => !["starting", "running", "ended"].includes(s.state)).map((s) => `Source ${s.name} ${words(s.state ?? "").toLowerCase()}`)];
-}
+/** What of the service itself asks for somebody: the store, or empty, and its sources. */
+export const troublesOf = ({ store, sources }) => ({
+  store: store?.disk_full ? "Disk full: nothing is stored" : store?.failing ? "Nothing can be stored" : store?.over_limit ? "More is stored than may be" : "",
+  lost: Boolean(store?.disk_full || store?.failing),
+  sources: list(sources).filter((s) => !["starting", "running", "ended"].includes(s.state)).map((s) => `Source ${s.name} ${words(s.state ?? "").toLowerCase()}`),
+});
 
-/** For the header: the youngest data and the longest way of those that deliver, alarms, and axes without data. */
-export function summary(axes, now) {
+/** For the header: the youngest data and the longest way of those that deliver, alarms (also of the installation), and axes without data. */
+export function summary(axes, alarms, now) {
   const out = { axes: axes.length, stale: 0, alarms: 0, unacknowledged: 0, age: null, latency: null };
+  for (const alarm of alarms.values()) {
+    if (alarm.axis || !isOpen(alarm)) continue;
+    out.alarms += alarm.active ? 1 : 0;
+    out.unacknowledged += alarm.acknowledged ? 0 : 1;
+  }
   for (const axis of axes) {
     out.alarms += axis.alarms ?? 0;
     out.unacknowledged += axis.unacknowledged ?? 0;

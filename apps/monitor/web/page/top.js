@@ -12,10 +12,10 @@ export function drawTop(header) {
   const links = new Map(LINKS.map(([id, title, path]) => [id, h("a", { href: link(path) }, title)]));
   nav.append(...links.values());
   const strip = header.querySelector("#strip");
-  const items = Object.fromEntries(["connection", "service", "age", "latency", "alarms"].map((name) => {
+  const items = Object.fromEntries(["connection", "store", "service", "age", "latency", "alarms"].map((name) => {
     const icon = h("span", { class: "icon" });
     const text = h("span", {});
-    const leads = { service: "status", alarms: "alarms" }[name];
+    const leads = { store: "status", service: "status", alarms: "alarms" }[name];
     const item = h(leads ? "a" : "span", { class: `item ${name}`, href: leads ? link([leads]) : null }, icon, text);
     strip.append(item);
     let shown = null;
@@ -31,13 +31,15 @@ export function drawTop(header) {
   }));
   return {
     current: (id) => { for (const [name, a] of links) mark(a, "aria-current", name === id ? "page" : null); },
-    update: ({ fleet, stream, now, axis, troubles }) => {
+    update: ({ fleet, alarms, stream, now, axis, troubles }) => {
       const axes = [...fleet.axes.values()];
-      const all = summary(axes, now);
+      const all = summary(axes, alarms, now);
       if (stream.state === "open") items.connection("good", "Connected");
       else if (stream.state === "broken") items.connection("bad", `Connection lost ${duration((now - stream.brokenAt) / 1000)} ago, trying again`);
       else items.connection("wait", "Connecting");
-      items.service(troubles.length ? "warning" : null, troubles.length > 1 ? `${troubles[0]}, and ${troubles.length - 1} more` : troubles[0] ?? "");
+      const { store, lost, sources } = troubles;
+      items.store(store ? (lost ? "bad" : "warning") : null, store);
+      items.service(sources.length ? "warning" : null, sources.length > 1 ? `${sources[0]}, and ${sources.length - 1} more` : sources[0] ?? "");
       // One axis' page tells of that axis, the others of all.
       const one = axis ? fleet.axes.get(axis) : null;
       const age = one ? ageOf(one, now) : all.age;

@@ -19,7 +19,7 @@ const SUFFIX = /_(hz|deg|nm_per_rad|nm_rad|kgm2|nms_per_rad|nm)$/;
 /** The name of a figure without its unit: alarms ("phase-margin", "phase-margin-limit") and values ("phase_margin_deg") have it in common. */
 export const bare = (name) => String(name).replace(/-/g, "_").replace(/_limit$/, "").replace(SUFFIX, "");
 /** What an alarm is about, where that is no figure. */
-const CONDITIONS = { data: "Samples are missing or faulty", stale: "No samples come", estimate: "Nothing is trusted although the drive is excited", controller: "Another controller runs" };
+const CONDITIONS = { data: "Samples are missing or faulty", stale: "No samples come", estimate: "Nothing is trusted although the drive is excited", controller: "Another controller runs", disk: "Rows and alarms cannot be stored, or too much is" };
 export const conditionOf = (alarm) => CONDITIONS[alarm] ?? null;
 
 /** What is known of a figure by its name in the interface ("resonance_hz"). */
@@ -103,6 +103,9 @@ export function moment(seconds, withSeconds = true) {
   const day = `${d.getFullYear()}-${two(d.getMonth() + 1)}-${two(d.getDate())}`;
   return `${day} ${two(d.getHours())}:${two(d.getMinutes())}${withSeconds ? ":" + two(d.getSeconds()) : ""}`;
 }
+
+/** "Maintenance until 2026-11-29 02:03"; empty where there is none. */
+export const maintenanceText = ({ maintenance_until_time_s: until }) => (isNumber(until) ? `Maintenance until ${moment(until, false)}` : "");
 
 /** For <input type="datetime-local">, and back. */
 export const toInput = (seconds) => moment(seconds).replace(" ", "T");

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <monitor/service/alarm_record.hpp>
+#include <monitor/service/service.hpp>
+#include <resonid/base/error_text.hpp>
+
+#include "folder.hpp"
+#include "pulsed.hpp"
+
+namespace resonid::monitor {
+namespace {
+
+using web::AlarmFilter;
+
+constexpr auto kOne = [](const auto& alarms) { return alarms.size() == 1; };
+constexpr auto kTwo = [](const auto& alarms) { return alarms.size() == 2; };
+constexpr auto kNone = [](const auto& alarms) { return alarms.empty(); };
+
+/// Samples come and stop again; the alarms of that.
+std::vector<web::Alarm> stale_again(const web::Backend& backend, Pulses& pulses,
+                                    const std::vector<web::Alarm>& former) {
+  pulses.send();
+  return alarms_once(backend, AlarmFilter::active, [&](const auto& alarms) {
+    return alarms.size() == former.size() && std::none_of(alarms.begin(), alarms.end(), [&](const auto& a) {
+             return std::any_of(former.begin(), former.end(), [&](const auto& b) { return a.id == b.id; });
+           });
+  });
+}
+
+web::Action acknowledgement_of(std::uint64_t alarm) {
+  web::Action action;
+  action.kind = web::ActionKind::acknowledge;
+  action.alarm = alarm;
+  action.who = "tester";
+  return action;
+}
+
+TEST(AlarmRecords, OnlyTheNewestRaisingIsLeftToBeAcknowledged) {
+  const Folder folder;
+  Pulses pulses;
+  const auto service = Service::start(pulses.installation(folder.path(), {"x"}));
+  ASSERT_TRUE(service) << message_of(service.error());
+  auto& backend = (*service)->backend();
+  const auto first = alarms_once(backend, AlarmFilter::active, kOne);
+  ASSERT_EQ(first.size(), 1U);
+  const auto second = stale_again(backend, pulses, first);
+  ASSERT_EQ(second.size(), 1U);
+  const auto events = backend.events(first[0].id);
+  ASSERT_TRUE(events);
+  EXPECT_EQ(events->back().transition, "superseded");
+  EXPECT_EQ(events->back().text, "No samples: raised again, which is an alarm of its own");
+  const auto former = backend.act(acknowledgement_of(first[0].id));
+  ASSERT_FALSE(former);
+  EXPECT_EQ(former.error().kind, web::Problem::Kind::conflict);
+  const auto open = backend.alarms({AlarmFilter::unacknowledged, "", 100});
+  ASSERT_EQ(open.size(), 1U);
+  EXPECT_EQ(open[0].id, second[0].id);
+  EXPECT_TRUE(backend.act(acknowledgement_of(open[0].id)));
+  EXPECT_TRUE(alarms_once(backend, AlarmFilter::unacknowledged, kNone).empty());
+}
+
+/// What became of the alarm of axis x that was open when the service ended.
+struct Ending {
+  std::vector<web::AlarmEvent> events;
+  std::uint64_t alarm = 0;
+  std::vector<web::Alarm> open;
+};
+Ending after_restart(const std::function<void(Installation&)>& change) {
+  const Folder folder;
+  Pulses pulses;
+  Ending ending;
+  {
+    const auto service = Service::start(pulses.installation(folder.path(), {"x", "y"}));
+    EXPECT_TRUE(service) << message_of(service.error());
+    auto& backend = (*service)->backend();
+    const auto first = alarms_once(backend, AlarmFilter::active, kTwo);
+    for (const auto& alarm : stale_again(backend, pulses, first))
+      if (alarm.axis == "x") ending.alarm = alarm.id;
+    (*service)->stop();
+  }
+  Installation changed = pulses.installation(folder.path(), {"x", "y"});
+  changed.engine.stale_s = 1e6;
+  change(changed);
+  const auto service = Service::start(std::move(changed));
+  EXPECT_TRUE(service) << message_of(service.error());
+  auto& backend = (*service)->backend();
+  ending.open = alarms_once(backend, AlarmFilter::active, kOne);
+  if (const auto events = backend.events(ending.alarm)) ending.events = *events;
+  return ending;
+}
+
+TEST(AlarmRecords, AreOverWhereTheirAxisBeginsAnew) {
+  const auto ending = after_restart([](Installation& all) { all.axes[0].configuration = "other"; });
+  ASSERT_EQ(ending.open.size(), 1U);
+  EXPECT_EQ(ending.open[0].axis, "y");
+  ASSERT_FALSE(ending.events.empty());
+  EXPECT_EQ(ending.events.back().transition, "reset");
+  EXPECT_EQ(ending.events.back().text, "stale: over, as its axis begins anew: its configuration has changed");
+}
+
+TEST(AlarmRecords, AreOverWhereTheirAxisIsRemoved) {
+  const auto ending = after_restart([](Installation& all) { all.axes.erase(all.axes.begin()); });
+  ASSERT_EQ(ending.open.size(), 1U);
+  EXPECT_EQ(ending.open[0].axis, "y");
+  ASSERT_FALSE(ending.events.empty());
+  EXPECT_EQ(ending.events.back().text, "stale: over, as its axis was removed from the configuration");
+}
+
+TEST(AlarmRecords, StayWhereTheirAxisGoesOn) {
+  const auto ending = after_restart([](Installation& all) { all.axes[1].configuration = "other"; });
+  ASSERT_EQ(ending.open.size(), 1U);
+  EXPECT_EQ(ending.open[0].id, ending.alarm);
+  ASSERT_FALSE(ending.events.empty());
+  EXPECT_EQ(ending.events.back().transition, "raised");
+}
+
+TEST(AlarmRecords, ThatTheStoreHasAreNotToldAgain) {
+  Results::TimedEvent event;
+  event.event.sample = event.event.state.raised_sample = 500;
+  event.event.transition = monitoring::Transition::raised;
+  event.event.state.active = true;
+  event.time_ns = event.since_ns = 1'000'000'000;
+  Batch told, again;
+  EXPECT_TRUE(AlarmRecords().add("x", 100.0, event, told));
+  ASSERT_EQ(told.events.size(), 1U);
+  AlarmRecords restarted;
+  restarted.know(told.alarms[0]);
+  restarted.expect(told.events[0]);
+  event.time_ns = event.since_ns = 31'000'000'000;  // no sender told it
+  EXPECT_FALSE(restarted.add("x", 100.0, event, again));
+  EXPECT_TRUE(again.alarms.empty());
+  EXPECT_TRUE(again.events.empty());
+  event.event.sample = 700;
+  event.event.transition = monitoring::Transition::cleared;
+  event.event.state.active = false;
+  EXPECT_TRUE(restarted.add("x", 100.0, event, again));
+  EXPECT_EQ(again.alarms.at(0).json, told.alarms[0].json);
+}
+
+}  // namespace
+}  // namespace resonid::monitor

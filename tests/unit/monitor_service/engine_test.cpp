@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: MIT
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <map>
+#include <monitor/engine/engine.hpp>
+#include <monitor/samples/ring.hpp>
+#include <thread>
+
+#include "drive.hpp"
+#include "folder.hpp"
+
+namespace resonid::monitor {
+namespace {
+
+using namespace std::chrono_literals;
+using monitoring::ActionKind;
+using monitoring::AlarmKind;
+constexpr monitoring::AlarmId kStaleAlarm{AlarmKind::stale, {}};
+
+template <class Condition>
+bool comes(const Condition& condition) {
+  for (int i = 0; i < 3000 && !condition(); ++i) std::this_thread::sleep_for(10ms);
+  return condition();
+}
+
+/// One axis, its ring and an engine, without a store.
+class Watched {
+ public:
+  explicit Watched(EngineOptions options = {}, monitoring::AlarmSettings stale = {})
+      : options_(std::move(options)) {
+    options_.stale_s = 0.05;
+    spec_.name = "axis";
+    spec_.sample_rate_hz = kRate;
+    spec_.track.method = identification::TrackMethod::physical;
+    spec_.alarms.stale = stale;
+    ring_ = Ring::open(folder_.path() / "axis.ring", {"axis", {"ru", "u", "y"}, kRate, 40'000}).value();
+    ring_->put_anchor(0, std::nullopt);
+    start(monitoring::AxisMonitor::create(spec_).value(), {});
+  }
+  /// The next samples of the drive.
+  void put(double seconds) {
+    const auto count = static_cast<std::size_t>(seconds * kRate);
+    ring_->put(std::span(values_).subspan(3 * put_, 3 * count));
+    ring_->commit({});
+    put_ += count;
+  }
+  /// The process ends, and another one goes on from the newest snapshot with the actions after it.
+  void restart() {
+    engine_->stop();
+    look();
+    auto monitor = monitoring::AxisMonitor::restore(spec_, snapshot_.bytes).value();
+    std::vector<Told> later;
+    for (const auto& told : actions_)
+      if (told.action.sample >= monitor.next_sample()) later.push_back(told);
+    start(std::move(monitor), std::move(later));
+  }
+  /// Transitions of an alarm so far, in words.
+  std::string told(monitoring::AlarmId id) {
+    look();
+    return told_[alarm_name(id)];
+  }
+  bool tells(monitoring::AlarmId id, const std::string& words) {
+    return comes([&] { return told(id) == words; });
+  }
+  Engine& engine() { return *engine_; }
+  std::int64_t since_ns() const { return since_ns_; }
+
+ private:
+  void start(monitoring::AxisMonitor monitor, std::vector<Told> actions) {
+    std::vector<Engine::Axis> axes;
+    axes.push_back({std::move(monitor), ring_.get(), std::move(actions)});
+    engine_ = std::make_unique<Engine>(std::move(axes), options_);
+    engine_->start();
+  }
+  void look() {
+    for (auto& results : engine_->take()) {
+      for (const auto& e : results.events) {
+        told_[alarm_name(e.event.alarm)] += std::string(name_of(e.event.transition)) + " ";
+        since_ns_ = e.since_ns;
+      }
+      actions_.insert(actions_.end(), results.actions.begin(), results.actions.end());
+      if (results.snapshot) snapshot_ = *results.snapshot;
+    }
+  }
+
+  const Folder folder_;
+  const std::vector<double> values_ = drive_samples(60.0, 1000.0, 1);
+  std::size_t put_ = 0;
+  EngineOptions options_;
+  monitoring::AxisSpec spec_;
+  std::unique_ptr<Ring> ring_;
+  std::unique_ptr<Engine> engine_;
+  std::map<std::string, std::string> told_;
+  std::vector<Told> actions_;
+  Results::Snapshot snapshot_;
+  std::int64_t since_ns_ = 0;
+};
+
+monitoring::AlarmSettings with_delays(double on_s, double off_s, double realarm_s) {
+  monitoring::AlarmSettings s;
+  s.on_delay_s = on_s;
+  s.off_delay_s = off_s;
+  s.realarm_s = realarm_s;
+  return s;
+}
+
+TEST(Engine, TellsWhenItHangs) {
+  std::atomic<int> rows = 0;
+  std::atomic<bool> goes_on = false;
+  EngineOptions options;
+  options.on_row = [&](std::size_t, const monitoring::AxisMonitor&) {
+    if (++rows == 1) goes_on.wait(false);
+  };
+  Watched axis(options);
+  axis.put(30.0);
+  EXPECT_TRUE(comes([&] { return rows > 0; }));
+  EXPECT_TRUE(comes([&] { return axis.engine().round_s() > 0.5; }));
+  goes_on = true;
+  goes_on.notify_all();
+  EXPECT_TRUE(comes([&] { return axis.engine().round_s() < 0.5; }));
+  EXPECT_TRUE(comes([&] { return rows > 1; }));
+}
+
+TEST(Engine, AlarmOfSilenceHasDelaysByTheClock) {
+  Watched axis({}, with_delays(0.3, 0.0, 0.3));
+  axis.put(1.0);
+  EXPECT_EQ(axis.told(kStaleAlarm), "");
+  EXPECT_TRUE(axis.tells(kStaleAlarm, "raised "));
+  EXPECT_TRUE(axis.tells(kStaleAlarm, "raised realarmed realarmed "));
+  ASSERT_TRUE(axis.engine().act(0, ActionKind::acknowledge, kStaleAlarm, {}, "tester", ""));
+  EXPECT_TRUE(comes([&] { return axis.told(kStaleAlarm).ends_with("acknowledged "); }));
+  const auto before = axis.told(kStaleAlarm);
+  axis.put(0.1);
+  EXPECT_TRUE(axis.tells(kStaleAlarm, before + "cleared "));
+}
+
+TEST(Engine, AlarmOfSilenceEndsWhereSamplesComeForItsDelay) {
+  Watched axis({}, with_delays(0.0, 0.3, 0.0));
+  axis.put(0.1);
+  EXPECT_TRUE(axis.tells(kStaleAlarm, "raised "));
+  axis.put(0.1);  // a single message is no end of it
+  std::this_thread::sleep_for(400ms);
+  EXPECT_EQ(axis.told(kStaleAlarm), "raised ");
+  for (int i = 0; i < 500 && axis.told(kStaleAlarm) == "raised "; ++i) {
+    axis.put(0.004);
+    std::this_thread::sleep_for(10ms);
+  }
+  EXPECT_EQ(axis.told(kStaleAlarm), "raised cleared ");
+}
+
+TEST(Engine, WaitsLongerForTheVeryFirstSample) {
+  EngineOptions options;
+  options.first_sample_s = 0.5;
+  const std::int64_t begin = now_ns();
+  Watched axis(options, with_delays(0.0, 0.0, 0.0));
+  std::this_thread::sleep_for(250ms);
+  EXPECT_EQ(axis.told(kStaleAlarm), "");
+  EXPECT_TRUE(axis.tells(kStaleAlarm, "raised "));
+  EXPECT_GE(axis.since_ns(), begin - 10'000'000);
+  EXPECT_LE(axis.since_ns(), now_ns());
+}
+
+TEST(Engine, ActionsAfterARestartCount) {
+  Watched axis({}, with_delays(0.0, 0.0, 0.0));
+  for (int i = 0; i < 5; ++i)
+    ASSERT_TRUE(axis.engine().act(0, ActionKind::maintenance, {}, 0.0, "tester", ""));
+  axis.put(1.0);
+  EXPECT_TRUE(axis.tells(kStaleAlarm, "raised "));
+  axis.put(0.1);
+  EXPECT_TRUE(axis.tells(kStaleAlarm, "raised cleared "));
+  axis.restart();
+  EXPECT_TRUE(comes([&] { return axis.told(kStaleAlarm).ends_with("cleared superseded raised "); }))
+      << axis.told(kStaleAlarm);
+}
+
+TEST(Engine, ShelvingAndMaintenanceEndByTheClockToo) {
+  Watched axis({}, with_delays(0.0, 0.0, 0.0));
+  axis.put(0.1);
+  EXPECT_TRUE(axis.tells(kStaleAlarm, "raised "));
+  ASSERT_TRUE(axis.engine().act(0, ActionKind::shelve, kStaleAlarm, 0.2, "tester", ""));
+  EXPECT_TRUE(axis.tells(kStaleAlarm, "raised shelved unshelved "));
+  ASSERT_TRUE(axis.engine().act(0, ActionKind::maintenance, {}, 0.2, "tester", ""));
+  EXPECT_TRUE(axis.tells(kStaleAlarm, "raised shelved unshelved suppressed unsuppressed "));
+}
+
+}  // namespace
+}  // namespace resonid::monitor

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+
+#include <atomic>
+#include <cstring>
+#include <fstream>
+#include <monitor/store/reader.hpp>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <tuple>
+
+#include "../monitor_sources/client.hpp"
+#include "children.hpp"
+#include "drive.hpp"
+#include "folder.hpp"
+
+namespace resonid::monitor {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+
+constexpr std::uint64_t kStops[] = {22'500, 25'000, 27'500};
+constexpr std::size_t kAtOnce = 50;  // samples
+const char* const kAxes[] = {"axis0", "axis1"};
+
+/// A file that grows and a client that keeps what is not acknowledged, as far as they are allowed to.
+class Senders {
+ public:
+  explicit Senders(const fs::path& folder)
+      : values_{drive_samples(110.0, 75.0, 1), drive_samples(110.0, 70.0, 1)},
+        file_([this, folder] { write(folder / "samples.csv"); }),
+        client_([this, folder] { send((folder / "socket").string()); }) {}
+  ~Senders() {
+    ending_.store(true);
+    file_.join();
+    client_.join();
+  }
+  void allow(std::uint64_t samples) { allowed_.store(samples); }
+
+ private:
+  void write(const fs::path& path) {
+    std::ofstream file(path);
+    file << "ru,u,y\n";
+    for (std::uint64_t next = 0; !ending_.load(); std::this_thread::sleep_for(1ms)) {
+      for (std::size_t k = 0; k < kAtOnce && next < allowed_.load(); ++k, ++next) {
+        const double* v = values_[0].data() + 3 * next;
+        file << fmt::format("{},{},{}\n", v[0], v[1], v[2]);
+      }
+      file << std::flush;
+    }
+  }
+  void send(const std::string& socket) {
+    constexpr std::string_view kColumns[] = {"ru", "u", "y"};
+    for (; !ending_.load(); std::this_thread::sleep_for(1ms)) {
+      const Client client(socket);
+      if (!client.connected() || !client.send(encoded(Question{"axis1"}))) continue;
+      client.set_timeout_ms(1000);
+      auto next = client.next_sample("axis1");
+      while (next && !ending_.load()) {
+        std::this_thread::sleep_for(1ms);
+        if (*next >= allowed_.load()) continue;
+        Arrival arrival;
+        arrival.axis = "axis1";
+        arrival.first_sample = *next;
+        arrival.sample_rate_hz = kRate;
+        arrival.columns = kColumns;
+        const std::size_t count = std::min<std::size_t>(kAtOnce, allowed_.load() - *next);
+        arrival.values = std::span(values_[1]).subspan(3 * *next, 3 * count);
+        const auto frame = encoded(arrival, ValueType::float64);
+        if (!frame || !client.send(*frame)) break;
+        next = client.next_sample("axis1");
+      }
+    }
+  }
+
+  std::vector<double> values_[2];
+  std::atomic<std::uint64_t> allowed_{0};
+  std::atomic<bool> ending_{false};
+  std::thread file_, client_;
+};
+
+/// Runs the service over all samples, with a person's actions at each stop but the last, and kills it so
+/// often on the way, and right after the actions.
+void follow(const fs::path& folder, int kills) {
+  Senders senders(folder);
+  std::mt19937_64 generator(7);
+  std::vector<std::string> arguments{folder.string(), "sources"};
+  for (const auto stop : kStops) arguments.push_back(std::to_string(stop));
+  pid_t child = start_child(arguments);
+  const auto kill_it = [&] {
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+  };
+  std::uint64_t from = 0;
+  int left = kills;
+  for (const auto stop : kStops) {
+    const int here = stop == kStops[0] ? left - left / 3 : left / 2;
+    for (int k = 1; k <= here; ++k) {
+      senders.allow(from +
+                    (stop - from) * static_cast<std::uint64_t>(k) / static_cast<std::uint64_t>(here + 1));
+      std::this_thread::sleep_for(std::chrono::microseconds(generator() % 100'000));
+      kill_it();
+      child = start_child(arguments);
+    }
+    left -= here;
+    senders.allow(stop);
+    from = stop;
+    if (stop == kStops[std::size(kStops) - 1]) break;
+    const fs::path acted = folder / ("acted-" + std::to_string(stop));
+    for (int i = 0; i < 3000 && !fs::exists(acted); ++i) std::this_thread::sleep_for(20ms);
+    const bool done = fs::exists(acted);
+    if (done && kills == 0) continue;
+    kill_it();
+    ASSERT_TRUE(done) << "not at sample " << stop << " within a minute";
+    child = start_child(arguments);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
+/// What is the same whenever samples come.
+struct Left {
+  std::vector<RowRecord> rows;
+  using Alarm = std::tuple<std::string, std::string, std::uint64_t, bool, bool, bool, bool>;
+  std::vector<Alarm> alarms;
+  using Event = std::tuple<std::string, std::uint64_t, std::string, std::string>;
+  std::vector<Event> events;
+  using Action = std::tuple<std::uint64_t, std::string, std::string, std::string>;
+  std::vector<Action> actions;
+  std::vector<std::uint64_t> baselines;
+};
+Left left_in(const fs::path& folder, const std::string& axis) {
+  constexpr std::size_t kAll = 1'000'000;
+  Left left;
+  auto reader = Reader::open((folder / "monitor.sqlite").string()).value();
+  left.rows = reader.rows(axis, 0, std::numeric_limits<std::int64_t>::max(), kAll).value();
+  // Samples without times come faster than real time here: their times do not tell their order.
+  std::sort(left.rows.begin(), left.rows.end(),
+            [](const auto& a, const auto& b) { return a.row.sample < b.row.sample; });
+  const auto alarms = reader.alarms(AlarmFilter::all, axis, kAll).value();
+  for (const auto& a : alarms) {
+    left.alarms.emplace_back(a.id, a.alarm, a.sample, a.active, a.acknowledged, a.latched, a.open);
+    // What was told of it stays as it was told first.
+    const auto events = reader.events(a.id, kAll).value();
+    const auto since = [](const std::string& json) { return nlohmann::json::parse(json).at("since_ns"); };
+    EXPECT_EQ(events.front().transition, "raised");
+    EXPECT_EQ(since(a.json), since(events.front().json)) << a.alarm;
+  }
+  std::sort(left.alarms.begin(), left.alarms.end());
+  const auto all_events = reader.events_from(axis, 0, kAll).value();
+  for (const auto& e : all_events) left.events.emplace_back(e.alarm_id, e.sample, e.alarm, e.transition);
+  const auto actions = reader.actions(axis, 0, kAll).value();
+  for (const auto& a : actions) left.actions.emplace_back(a.sample, a.kind, a.who, a.arguments);
+  const auto baselines = reader.baselines(axis, kAll).value();
+  for (const auto& b : baselines) left.baselines.push_back(b.sample);
+  return left;
+}
+
+TEST(Kill, NoRowAlarmOrActionOfAFileOrOfTcpDiffersFromAnUndisturbedRun) {
+  const Folder undisturbed, killed;
+  const char* more = std::getenv("RESONID_KILLS");
+  follow(undisturbed.path(), 0);
+  follow(killed.path(), more != nullptr ? std::atoi(more) : 6);
+  for (const std::string axis : kAxes) {
+    const Left truth = left_in(undisturbed.path(), axis), found = left_in(killed.path(), axis);
+    EXPECT_GT(truth.rows.size(), 90U) << axis;
+    EXPECT_FALSE(truth.alarms.empty()) << axis;
+    EXPECT_EQ(truth.baselines.size(), 2U) << axis;
+    EXPECT_GT(truth.actions.size(), 2U) << axis;
+    ASSERT_EQ(found.rows.size(), truth.rows.size()) << axis;
+    for (std::size_t i = 0; i < truth.rows.size(); ++i) {
+      const auto &a = found.rows[i].row, &b = truth.rows[i].row;
+      ASSERT_EQ(a.sample, b.sample) << axis;
+      ASSERT_EQ(std::memcmp(a.figures.data(), b.figures.data(), sizeof a.figures), 0)
+          << axis << ' ' << a.sample;
+      ASSERT_EQ(a.trusted, b.trusted) << axis << ' ' << a.sample;
+    }
+    EXPECT_EQ(found.alarms, truth.alarms) << axis;
+    EXPECT_EQ(found.events, truth.events) << axis;
+    EXPECT_EQ(found.actions, truth.actions) << axis;
+    EXPECT_EQ(found.baselines, truth.baselines) << axis;
+  }
+}
+
+}  // namespace
+}  // namespace resonid::monitor
