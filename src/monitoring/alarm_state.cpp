@@ -102,6 +102,7 @@ void Alarm::raise(const AlarmRules& rules, std::uint64_t sample, Transitions& ou
     former.latched = false;
     former.shelving = Shelving::none;
     former.shelved_until = 0;
+    former.shelved_until_ns = 0;
     out.add(Transition::superseded, former);
   }
   state_.active = true;

@@ -123,7 +123,7 @@ class Engine::Impl {
     const double passed = duration<double>(Clock::now() - started_).count();
     return passed > 0.0 ? static_cast<double>(busy_ns_.load()) / kNs / passed : 0.0;
   }
-  [[nodiscard]] double round_s() const noexcept {
+  [[nodiscard]] double turn_s() const noexcept {
     if (stopping_.load()) return 0.0;
     Clock::duration longest{};
     const auto now = Clock::now();
@@ -161,7 +161,7 @@ class Engine::Impl {
     monitoring::Output out;
     Results results;
     Clock::time_point snapshot_due, publish_due, curve_due, progress = Clock::now();
-    Clock::time_point silent_until = Clock::now(), reminded{};
+    Clock::time_point silent_until = Clock::now(), reminded = Clock::now();
     struct {
       std::uint64_t sample = 0;
       std::int64_t time_ns = 0;
@@ -189,7 +189,7 @@ class Engine::Impl {
     std::vector<std::size_t> axes;
     std::atomic<std::vector<Results>*> out{nullptr};  // for take()
     Clock::time_point handed_over{};
-    std::atomic<Clock::time_point> begun{Clock::now()};  // its present round
+    std::atomic<Clock::time_point> begun{Clock::now()};  // the present turn
   };
 
   static Clock::duration seconds(double s) {
@@ -199,9 +199,12 @@ class Engine::Impl {
   void work(Worker& worker) {
     while (true) {
       const auto begin = Clock::now();
-      worker.begun.store(begin);
       std::size_t taken = 0;
-      for (const std::size_t i : worker.axes) taken += advance(i, begin);
+      worker.begun.store(begin);
+      for (const std::size_t i : worker.axes) {
+        taken += advance(i, begin);
+        worker.begun.store(Clock::now());
+      }
       const bool stopping = stopping_.load();
       const bool drained = taken == 0 || begin > drain_until_;
       if (stopping && drained) break;
@@ -520,6 +523,6 @@ std::shared_ptr<const LiveAxis> Engine::live(std::size_t axis) const { return im
 std::size_t Engine::axes() const noexcept { return impl_->axes(); }
 std::uint64_t Engine::revision() const noexcept { return impl_->revision(); }
 double Engine::busy() const noexcept { return impl_->busy(); }
-double Engine::round_s() const noexcept { return impl_->round_s(); }
+double Engine::turn_s() const noexcept { return impl_->turn_s(); }
 
 }  // namespace resonid::monitor

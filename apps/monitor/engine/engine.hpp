@@ -118,9 +118,8 @@ class Engine {
   [[nodiscard]] std::uint64_t revision() const noexcept;
   /// Share of a core that following took, of all workers, since the start.
   [[nodiscard]] double busy() const noexcept;
-  /// For how long the slowest worker has been at its present round through its axes, s; hardly ever more than
-  /// one.
-  [[nodiscard]] double round_s() const noexcept;
+  /// For how long the slowest worker has been at the axis whose turn it is, s: parts of one, unless it hangs.
+  [[nodiscard]] double turn_s() const noexcept;
 
  private:
   class Impl;

@@ -485,12 +485,12 @@ web::ServiceStatus LiveBackend::status() const {
 web::Readiness LiveBackend::readiness() const {
   web::Readiness r;
   const auto store = recorder_.status();
-  const double round_s = engine_.round_s();
-  r.engine = round_s < kHangs_s;
+  const double turn_s = engine_.turn_s();
+  r.engine = turn_s < kHangs_s;
   r.store = store.fault.empty();
   r.text = store.fault.empty() ? store.over_limit : store.fault;
   if (!r.engine)
-    r.text += fmt::format("{}the engine hangs since {:.0f} s", r.text.empty() ? "" : "; ", round_s);
+    r.text += fmt::format("{}the engine hangs since {:.0f} s", r.text.empty() ? "" : "; ", turn_s);
   r.sources = true;
   for (const auto& source : sources_) {
     const auto now = source.source->status();

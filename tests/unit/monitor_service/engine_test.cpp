@@ -115,10 +115,10 @@ TEST(Engine, TellsWhenItHangs) {
   Watched axis(options);
   axis.put(30.0);
   EXPECT_TRUE(comes([&] { return rows > 0; }));
-  EXPECT_TRUE(comes([&] { return axis.engine().round_s() > 0.5; }));
+  EXPECT_TRUE(comes([&] { return axis.engine().turn_s() > 0.5; }));
   goes_on = true;
   goes_on.notify_all();
-  EXPECT_TRUE(comes([&] { return axis.engine().round_s() < 0.5; }));
+  EXPECT_TRUE(comes([&] { return axis.engine().turn_s() < 0.5; }));
   EXPECT_TRUE(comes([&] { return rows > 1; }));
 }
 
