@@ -50,7 +50,16 @@ export function person(now) {
     text, button,
     texts: (selector) => now().$$eval(selector, (all) => all.map((e) => e.innerText.replace(/\s+/g, " ").trim())),
     hash: () => now().evaluate(() => decodeURIComponent(location.hash)),
-    press: async (label) => (await button(label)).click(),
+    /** Again where what stands there is just written anew. */
+    async press(label) {
+      for (const tries of [1, 2, 3, 4, 5]) {
+        try {
+          return await (await button(label)).click();
+        } catch (error) {
+          if (tries === 5 || !/detached|not clickable/.test(error.message)) throw error;
+        }
+      }
+    },
     focused: () => now().evaluate(() => document.activeElement.innerText || document.activeElement.id),
 
     /** Waits until a text says something, and tells what it said if it does not. */
