@@ -179,6 +179,12 @@ bool Intake::map_columns(const Arrival& arrival) {
                                                names_[c], printable(there)));
       return false;
     }
+    if (std::find(found + 1, columns_.end(), names_[c]) != columns_.end()) {
+      faults_.note(Fault::columns, fmt::format("several columns have the name '{}': which one is meant cannot "
+                                               "be known",
+                                               names_[c]));
+      return false;
+    }
     from_[c] = static_cast<std::size_t>(found - columns_.begin());
   }
   mapped_ = true;

@@ -219,11 +219,11 @@ void TextDecoder::set_names(std::vector<std::string> names) {
   axis_ = sample_ = time_ = std::nullopt;
   value_names_.clear();
   for (std::size_t c = 0; c < names_.size(); ++c) {
-    if (names_[c] == "axis")
+    if (!axis_ && names_[c] == "axis")
       axis_ = c;
-    else if (names_[c] == "sample")
+    else if (!sample_ && names_[c] == "sample")
       sample_ = c;
-    else if (is_time_name(names_[c]))
+    else if (!time_ && is_time_name(names_[c]))
       time_ = c;
     else
       value_names_.push_back(names_[c]);
@@ -253,6 +253,11 @@ bool TextDecoder::read_names(std::string_view text) {
     fault(Fault::size, "more than 64 columns", text);
     return true;
   }
+  for (const char* name : {"axis", "sample"})
+    if (std::count(names.begin(), names.end(), name) > 1) {
+      fault(Fault::columns, fmt::format("several columns have the name '{}'", name), text);
+      return true;
+    }
   separator_ = separator;
   set_names(std::move(names));
   return true;

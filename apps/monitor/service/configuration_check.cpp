@@ -286,11 +286,12 @@ class Checker {
     for (const auto& [key, column] :
          {std::pair{"input", &a.input}, std::pair{"output", &a.output},
           std::pair{"excitation", &a.excitation}, std::pair{"position", &a.position}})
-      if (!column->empty() && !columns.empty() &&
-          std::find(columns.begin(), columns.end(), *column) == columns.end())
+      if (const auto count = std::count(columns.begin(), columns.end(), *column);
+          !column->empty() && !columns.empty() && count != 1)
         error(path + "." + key,
-              fmt::format("found {}{}, required a column of source {}: {}", io::in_quotes(*column),
-                          io::suggestion(*column, columns), io::in_quotes(a.source), io::listed(columns)));
+              fmt::format("found {}{}, required {} column of source {}: {}", io::in_quotes(*column),
+                          count == 0 ? io::suggestion(*column, columns) : ", the name of several",
+                          count == 0 ? "a" : "one", io::in_quotes(a.source), io::listed(columns)));
   }
 
   void unused_sources() {

@@ -130,6 +130,14 @@ TEST_F(IntakeTest, AMissingColumnAndAWrongRateAreNamedAndRefused) {
   EXPECT_EQ(counters().samples, 10U);
 }
 
+TEST_F(IntakeTest, AColumnThatStandsTwiceIsRefused) {
+  const std::string_view columns[] = {"ru", "y", "ru"};
+  const double values[] = {1, 2, 3};
+  EXPECT_EQ(intake_->add({"x", {}, {}, 0.0, columns, values, {}}), Outcome::refused);
+  EXPECT_NE(intake_->faults().example(Fault::columns).find("several columns have the name 'ru'"),
+            std::string::npos);
+}
+
 TEST_F(IntakeTest, WhatComesTwiceIsTakenOnce) {
   add(0, 100);
   EXPECT_EQ(add(0, 100), Outcome::duplicate);

@@ -148,6 +148,17 @@ TEST(CsvLines, ANewHeaderIsTakenAndALineOfWordsIsNot) {
   EXPECT_EQ(reader.faults.example(Fault::format), "3 cells, 2 are required: '1,2,3'");
 }
 
+TEST(CsvLines, AColumnMayBeNamedOnceOnly) {
+  Reader reader(SampleFormat::csv);
+  reader.add("axis,axis,y\na,b,1\n");
+  EXPECT_TRUE(reader.all.empty());
+  EXPECT_EQ(reader.faults.count(Fault::columns), 2U);  // no names come before the numbers, either
+  reader.add("time,timestamp,y\n1790000000.0,5,1\n");  // two columns of time: the first one is it
+  ASSERT_EQ(reader.all.size(), 1U);
+  EXPECT_EQ(reader.all[0].columns, (Names{"timestamp", "y"}));
+  EXPECT_EQ(reader.all[0].values, (Numbers{5, 1}));
+}
+
 TEST(CsvLines, GarbageBeforeTheFirstNumbersChangesNothing) {
   const std::string garbage = "\x01;\xfe;\x03\nk\n\xf0\x9f,\x07\n;;\n";
   for (const auto& [columns, header] : {std::pair{Names{"ru", "y"}, ""}, {Names{}, "ru,y\n"}}) {
