@@ -9,7 +9,7 @@
 namespace resonid::monitor {
 namespace {
 
-constexpr std::size_t kMostDecoders = 10'000;  // names of topics are the sender's: they may be endless
+constexpr std::size_t kMostDecoders = 1024;  // names of topics are the sender's: they may be endless
 constexpr auto kFullWait = std::chrono::milliseconds(2);
 
 std::string_view next_level(std::string_view& text, char separator) {
@@ -34,14 +34,6 @@ std::optional<std::string_view> axis_in(std::string_view filter, std::string_vie
 Feed::Feed(Delivery& delivery, std::vector<TopicSettings> topics, TopicSyntax syntax)
     : delivery_(delivery), topics_(std::move(topics)), syntax_(syntax), decoders_(topics_.size()) {}
 
-/// Faults of lines go to the axis where the topic tells it.
-Decoder& Feed::decoder(std::size_t topic, std::string_view name, Intake* intake) {
-  Decoders& all = decoders_[topic];
-  if (const auto found = all.find(name); found != all.end()) return found->second;
-  if (all.size() >= kMostDecoders) all.clear();
-  return all.try_emplace(std::string(name), topics_[topic].format, faults(intake)).first->second;
-}
-
 Intake* Feed::find(std::string_view name, std::optional<std::string_view> by_topic,
                    std::string_view by_message) const {
   Axes& axes = delivery_.axes();
@@ -58,9 +50,12 @@ void Feed::count_unknown(std::string_view name, std::string_view what) {
   delivery_.count_unknown(fmt::format("'{}' {}", printable(name), what));
 }
 
-bool Feed::deliver(Intake& intake, const Arrival& arrival, const SourcePosition& position) {
+bool Feed::deliver(Intake& intake, const Arrival& arrival, const SourcePosition& position,
+                   std::string_view name) {
+  std::optional<Delivery::Wait> waiting;
   while (intake.add(arrival, position) == Intake::Outcome::full) {
     if (delivery_.stopping()) return false;
+    if (!waiting) waiting.emplace(delivery_, name);
     std::this_thread::sleep_for(kFullWait);
   }
   return true;
@@ -73,7 +68,12 @@ bool Feed::take(std::size_t topic, std::string_view name, std::string_view paylo
   const auto by_topic = axis_in(settings.filter, name, syntax_);
   Intake* const of_topic = by_topic ? delivery_.axes().find(*by_topic) : nullptr;
   bool unknown = false, taken = true;
-  decoder(topic, name, of_topic).message(payload, [&](const Message& message) {
+  bool used = of_topic != nullptr || (!by_topic && find(name, by_topic, settings.format.axis) != nullptr);
+  Decoders &kept = decoders_[topic], fresh;
+  auto decoder = kept.find(name);
+  if (decoder == kept.end())  // faults of lines go to the axis where the topic tells it
+    decoder = fresh.try_emplace(std::string(name), settings.format, faults(of_topic)).first;
+  decoder->second.message(payload, [&](const Message& message) {
     const auto* arrival = std::get_if<Arrival>(&message);
     if (arrival == nullptr)
       return faults(of_topic).note(Fault::format,
@@ -81,13 +81,17 @@ bool Feed::take(std::size_t topic, std::string_view name, std::string_view paylo
     if (!taken) return;
     Intake* const intake = find(name, by_topic, arrival->axis.empty() ? settings.format.axis : arrival->axis);
     if (position.told()) ++position.word[3];  // frames are counted; lines tell their bytes
+    used = used || intake != nullptr;
     if (intake != nullptr) {
-      taken = deliver(*intake, *arrival, position);
+      taken = deliver(*intake, *arrival, position, name);
     } else if (!std::exchange(unknown, true)) {
       count_unknown(name, fmt::format("tells of axis '{}', which is not configured",
                                       printable(by_topic ? *by_topic : arrival->axis)));
     }
   });
+  if (fresh.empty() || !used) return taken;
+  if (kept.size() >= kMostDecoders) kept.clear();
+  kept.merge(fresh);
   return taken;
 }
 

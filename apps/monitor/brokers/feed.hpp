@@ -58,15 +58,16 @@ class Feed {
   [[nodiscard]] FaultLog& faults(Intake* intake) const {
     return intake != nullptr ? intake->faults() : delivery_.faults_of_none();
   }
-  [[nodiscard]] Decoder& decoder(std::size_t topic, std::string_view name, Intake* intake);
   [[nodiscard]] Intake* find(std::string_view name, std::optional<std::string_view> by_topic,
                              std::string_view by_message) const;
-  [[nodiscard]] bool deliver(Intake& intake, const Arrival& arrival, const SourcePosition& position);
+  [[nodiscard]] bool deliver(Intake& intake, const Arrival& arrival, const SourcePosition& position,
+                             std::string_view name);
 
   Delivery& delivery_;
   std::vector<TopicSettings> topics_;
   TopicSyntax syntax_;
-  std::vector<Decoders> decoders_;  ///< [topic] By name: the lines of each have their own columns.
+  std::vector<Decoders> decoders_;  ///< [topic] By name, of those that an axis has: the lines of each have
+                                    ///< their own columns.
 };
 
 }  // namespace resonid::monitor

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "monitor/brokers/broker_source.hpp"
@@ -113,7 +115,7 @@ class JetStreamSource final : public BrokerSource {
           status != NATS_OK)
         return nats_text(status);
       if (data->Sequence.Consumer > due_)
-        if (std::string why = settle(false); !why.empty()) return why;
+        if (std::string why = settle(false); !why.empty() || stopping()) return why;
       due_ = data->Sequence.Consumer + 1;
       if (data->Sequence.Stream > last_) {
         if (settings_.subjects.filter.empty()) delivery_.count_lost(data->Sequence.Stream - last_ - 1);
@@ -132,7 +134,7 @@ class JetStreamSource final : public BrokerSource {
   /// Reads what was delivered and not acknowledged, and finds out what comes next.
   ///
   /// @param at_begin whether this is a new connection, for which the consumer is made where there is none
-  /// @return why not; empty if so
+  /// @return why not; empty if so, or where the source is to stop, halfway
   [[nodiscard]] std::string settle(bool at_begin) {
     StreamInfo before, after;
     if (std::string why = read_stream(before); !why.empty()) return why;
@@ -141,7 +143,9 @@ class JetStreamSource final : public BrokerSource {
     if (std::string why = read_consumer(consumer, at_begin); !why.empty()) return why;
     if (std::string why = read_stream(after); !why.empty()) return why;
     if (after->Created != before->Created) return "the stream was made anew";
-    if (at_begin) last_ = newest_known();
+    // What the stream had dropped before it was read for the first time is nobody's loss.
+    const bool first = std::exchange(made_, false) && before->State.FirstSeq > 0;
+    if (at_begin) last_ = newest_known().value_or(first ? before->State.FirstSeq - 1 : 0);
     const std::uint64_t delivered = consumer->Delivered.Stream;
     const std::uint64_t from = std::max(consumer->AckFloor.Stream, last_) + 1;
     if (consumer->NumAckPending > 0)
@@ -181,7 +185,10 @@ class JetStreamSource final : public BrokerSource {
       return js_GetConsumerInfo(raw, js_, settings_.stream.c_str(), settings_.consumer.c_str(), nullptr,
                                 &code);
     });
-    if (status != NATS_OK && code == JSConsumerNotFoundErr && make) status = make_consumer(info);
+    if (status != NATS_OK && code == JSConsumerNotFoundErr && make) {
+      status = make_consumer(info);
+      made_ = status == NATS_OK;
+    }
     if (status != NATS_OK) return fmt::format("consumer '{}': {}", settings_.consumer, nats_text(status));
     const jsConsumerConfig& found = *info->Config;
     const std::string_view filter = found.FilterSubject == nullptr ? "" : found.FilterSubject;
@@ -203,7 +210,7 @@ class JetStreamSource final : public BrokerSource {
     config.AckWait = kAckWait_ns;
     config.MaxAckPending = std::max<std::int64_t>(1000, 16 * settings_.batch);
     if (!settings_.subjects.filter.empty()) config.FilterSubject = settings_.subjects.filter.c_str();
-    if (const std::uint64_t newest = newest_known(); newest > 0) {
+    if (const std::uint64_t newest = newest_known().value_or(0); newest > 0) {
       config.DeliverPolicy = js_DeliverByStartSequence;
       config.OptStartSeq = newest + 1;
     }
@@ -212,13 +219,14 @@ class JetStreamSource final : public BrokerSource {
     });
   }
 
-  /// All messages up to this one are in the rings, since they come in their order; 0: it is not known.
-  [[nodiscard]] std::uint64_t newest_known() const {
-    std::uint64_t newest = 0;
+  /// All messages up to this one are in the rings, since they come in their order; nothing where the rings do
+  /// not know the stream.
+  [[nodiscard]] std::optional<std::uint64_t> newest_known() const {
+    std::optional<std::uint64_t> newest;
     for (Intake* const intake : delivery_.axes().all())
       if (const SourcePosition position = intake->position();
           position.word[0] == created_ && position.word[2] > 0)
-        newest = std::max(newest, position.word[2] - 1);  // that one may be there in part
+        newest = std::max(newest.value_or(0), position.word[2] - 1);  // that one may be there in part
     return newest;
   }
 
@@ -236,6 +244,7 @@ class JetStreamSource final : public BrokerSource {
   std::uint64_t created_ = 0;  ///< When the stream was, UNIX time in ns.
   std::uint64_t last_ = 0;     ///< All messages up to this one are in the rings.
   std::uint64_t due_ = 1;      ///< Count of the next delivery.
+  bool made_ = false;          ///< The consumer was made just now.
 };
 
 }  // namespace

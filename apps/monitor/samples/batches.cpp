@@ -8,7 +8,9 @@ namespace {
 
 constexpr std::size_t kMostValues = 16'384;
 constexpr std::size_t kMostSamples = 256;  // a small ring takes no more at once
-constexpr std::size_t kMostAxes = 4096;
+constexpr std::size_t kMostNameBytes = 1'000'000;
+constexpr std::size_t kMostAxes = 256;         // all are taken, and forgotten, when there are more
+constexpr std::size_t kMostKeptValues = 8192;  // whose memory is kept for the next ones
 constexpr std::int64_t kLongestStep_ns =
     100'000'000;  // a longer one may be a jump: the first sample tells of it
 
@@ -36,6 +38,7 @@ void Batches::add(const Arrival& line, const Take& take) {
       batches_.clear();
     }
     found = batches_.emplace(line.axis, Batch{}).first;
+    name_bytes_ += line.axis.size();
   }
   Batch& batch = found->second;
   if (!batch.ends.empty() && !continues(batch, line)) flush(found->first, batch, take);
@@ -43,8 +46,10 @@ void Batches::add(const Arrival& line, const Take& take) {
     batch.arrival.first_sample = line.first_sample;
     batch.arrival.time_ns = line.time_ns;
     batch.arrival.sample_rate_hz = line.sample_rate_hz;
-    if (!std::equal(batch.columns.begin(), batch.columns.end(), line.columns.begin(), line.columns.end()))
+    if (!std::equal(batch.columns.begin(), batch.columns.end(), line.columns.begin(), line.columns.end())) {
       batch.columns.assign(line.columns.begin(), line.columns.end());
+      for (const std::string& name : batch.columns) name_bytes_ += name.size();
+    }
   }
   batch.last_time_ns = line.time_ns ? line.time_ns : batch.last_time_ns;
   batch.values.insert(batch.values.end(), line.values.begin(), line.values.end());
@@ -59,6 +64,9 @@ void Batches::end_line(std::uint64_t begin, std::uint64_t end) {
 void Batches::flush(const Take& take) {
   for (auto& [axis, batch] : batches_)
     if (!batch.ends.empty()) flush(axis, batch, take);
+  if (name_bytes_ <= kMostNameBytes) return;
+  batches_.clear();
+  name_bytes_ = 0;
 }
 
 void Batches::flush(std::string_view axis, Batch& batch, const Take& take) {
@@ -69,7 +77,9 @@ void Batches::flush(std::string_view axis, Batch& batch, const Take& take) {
   arrival.values = batch.values;
   arrival.ends = batch.ends;
   take(arrival);
+  if (batch.values.capacity() > kMostKeptValues) batch.values = {};
   batch.values.clear();
+  if (batch.ends.capacity() > kMostKeptValues) batch.ends = {};
   batch.ends.clear();
   batch.last_time_ns.reset();
 }

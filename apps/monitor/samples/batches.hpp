@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -14,7 +15,9 @@
 
 namespace resonid::monitor {
 
-/// Joins the samples of lines into one Arrival per axis where they are consecutive.
+/// Joins the samples of lines into one Arrival per axis where they are consecutive. After flush() it keeps
+/// the memory of at most 256 axes, 64 kB of values of each and a megabyte of names: the sender makes these,
+/// and they may be endless.
 class Batches {
  public:
   using Take = std::function<void(const Arrival&)>;
@@ -39,6 +42,7 @@ class Batches {
   [[nodiscard]] static bool continues(const Batch& batch, const Arrival& line);
 
   std::map<std::string, Batch, std::less<>> batches_;  ///< By axis.
+  std::size_t name_bytes_ = 0;                         ///< That came into `batches_`.
   std::vector<std::string_view> names_;
 };
 

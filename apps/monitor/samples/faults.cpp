@@ -26,6 +26,7 @@ void FaultLog::note(Fault kind, std::string text) {
   counts_[i].fetch_add(1, std::memory_order_relaxed);
   const std::lock_guard lock(mutex_);
   examples_[i] = std::move(text);
+  newest_ = i;
 }
 
 std::uint64_t FaultLog::total() const noexcept {
@@ -37,6 +38,11 @@ std::uint64_t FaultLog::total() const noexcept {
 std::string FaultLog::example(Fault kind) const {
   const std::lock_guard lock(mutex_);
   return examples_[static_cast<std::size_t>(kind)];
+}
+
+std::string FaultLog::newest() const {
+  const std::lock_guard lock(mutex_);
+  return examples_[newest_];
 }
 
 }  // namespace resonid::monitor

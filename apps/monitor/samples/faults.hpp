@@ -22,7 +22,7 @@ enum class Fault : std::uint8_t {
   rate,     ///< The told rate is not that of the axis.
   value,    ///< Runs of values that are no finite numbers.
   clock,    ///< The sender's time jumps.
-  order,    ///< Samples that come after later ones.
+  order,    ///< Samples that come after later ones, or far ahead of what is due.
   restart,  ///< The sender counts its samples from the beginning again.
   scale,    ///< Values are not in the units that were told.
   sign,     ///< A signal is reversed.
@@ -51,11 +51,14 @@ class FaultLog {
   [[nodiscard]] std::uint64_t total() const noexcept;
   /// Empty while there was none.
   [[nodiscard]] std::string example(Fault kind) const;
+  /// The newest one of any kind.
+  [[nodiscard]] std::string newest() const;
 
  private:
   std::array<std::atomic<std::uint64_t>, kFaults> counts_{};
   mutable std::mutex mutex_;
   std::array<std::string, kFaults> examples_;
+  std::size_t newest_ = 0;
 };
 
 }  // namespace resonid::monitor

@@ -210,6 +210,11 @@ void FrameDecoder::finish() {
   in_garbage_ = false;
 }
 
+void FrameDecoder::release() {
+  if (rest_.capacity() > kSlice) std::string().swap(rest_);
+  if (values_.capacity() * sizeof(double) > kSlice) std::vector<double>().swap(values_);
+}
+
 /// Reads all whole messages; returns the bytes that are done with.
 std::size_t FrameDecoder::read_some(std::string_view bytes, const std::function<void(const Message&)>& take) {
   std::size_t done = 0;

@@ -54,6 +54,8 @@ class FrameDecoder {
   void add(std::string_view bytes, const std::function<void(const Message&)>& take);
   /// The stream ends here (a datagram, a connection): what is unfinished is a fault, and forgotten.
   void finish();
+  /// After a message that is whole: gives large buffers back.
+  void release();
 
   [[nodiscard]] std::uint64_t skipped_bytes() const noexcept { return skipped_; }
   /// Bytes of the stream up to the end of the message that is being taken.

@@ -25,7 +25,9 @@ constexpr double kDay_ns = 86'400e9;
 constexpr std::uint64_t kMostIndex = std::uint64_t{1} << 62U;
 constexpr std::int64_t kLatestTime = std::int64_t{1} << 62U;
 constexpr std::size_t kMostGaps = 64;
-constexpr double kUnnumberedReplay_s = 10.0;  // longer ones of a sender without time are a restart
+constexpr double kRepetition_s = 10.0;  // longer ones of a sender without time are a restart
+constexpr double kSuddenGap_s = 10.0;   // longer ones need as much time to have passed, or another message
+constexpr double kGapPerTime = 1.1;     // seconds of samples in one of a clock
 
 /// `time_ns` and so much later, not later than kLatestTime.
 std::int64_t later(std::int64_t time_ns, double ns) noexcept {
@@ -33,12 +35,13 @@ std::int64_t later(std::int64_t time_ns, double ns) noexcept {
   return ns < left ? time_ns + std::llround(ns) : std::max(time_ns, kLatestTime);
 }
 
-/// By how much a time is off the host's clock.
-double off_host_ns(std::int64_t time_ns) {
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
-  return std::abs(
-      static_cast<double>(time_ns - std::chrono::duration_cast<std::chrono::nanoseconds>(now).count()));
+/// UNIX time by the host's clock.
+std::int64_t host_now_ns() {
+  return std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count();
 }
+
+/// By how much a time is off the host's clock.
+double off_host_ns(std::int64_t time_ns) { return std::abs(static_cast<double>(time_ns - host_now_ns())); }
 
 }  // namespace
 
@@ -67,6 +70,11 @@ SourcePosition Intake::position() const {
   return ring_.source();
 }
 
+Intake::Progress Intake::progress() const {
+  const std::lock_guard lock(mutex_);
+  return {ring_.next_sample(), ring_.sender_offset(), ring_.source()};
+}
+
 void Intake::reached(const SourcePosition& position) {
   const std::lock_guard lock(mutex_);
   if (!position.at_or_before(ring_.source())) ring_.commit(position, ring_.sender_offset());
@@ -74,6 +82,13 @@ void Intake::reached(const SourcePosition& position) {
 
 Intake::Outcome Intake::add(const Arrival& arrival, const SourcePosition& position) {
   const std::lock_guard lock(mutex_);
+  const Outcome outcome = take(arrival, position);
+  if (outcome == Outcome::taken || outcome == Outcome::refused) refused_ = outcome == Outcome::refused;
+  if (outcome == Outcome::taken) arrived_ns_ = host_now_ns();
+  return outcome;
+}
+
+Intake::Outcome Intake::take(const Arrival& arrival, const SourcePosition& position) {
   const std::uint64_t samples = arrival.samples(), before = come_before(arrival, position);
   if (samples == 0 && arrival.values.empty()) return Outcome::taken;
   if (before == samples && before > 0) {
@@ -84,7 +99,7 @@ Intake::Outcome Intake::add(const Arrival& arrival, const SourcePosition& positi
   const double rate = ring_.settings().sample_rate_hz;
   const std::uint64_t most = samples - before + static_cast<std::uint64_t>(rate);  // a gap filled included
   if (!ring_.room(std::min(most, ring_.most_samples()), 1)) return Outcome::full;
-  auto place = place_of(arrival, before, position.told());
+  auto place = place_of(arrival, before);
   if (!place) {
     count(counters_.lost, samples - before);
     return Outcome::refused;
@@ -180,9 +195,10 @@ bool Intake::map_columns(const Arrival& arrival) {
       return false;
     }
     if (std::find(found + 1, columns_.end(), names_[c]) != columns_.end()) {
-      faults_.note(Fault::columns, fmt::format("several columns have the name '{}': which one is meant cannot "
-                                               "be known",
-                                               names_[c]));
+      faults_.note(Fault::columns,
+                   fmt::format("several columns have the name '{}': which one is meant cannot "
+                               "be known",
+                               names_[c]));
       return false;
     }
     from_[c] = static_cast<std::size_t>(found - columns_.begin());
@@ -192,8 +208,7 @@ bool Intake::map_columns(const Arrival& arrival) {
 }
 
 /// Which samples are put where; nothing where they cannot be counted, which is said.
-std::optional<Intake::Place> Intake::place_of(const Arrival& arrival, std::uint64_t skipped,
-                                              bool numbered_by_source) {
+std::optional<Intake::Place> Intake::place_of(const Arrival& arrival, std::uint64_t skipped) {
   const double interval_ns = kSecond_ns / ring_.settings().sample_rate_hz;
   const std::uint64_t next = ring_.next_sample();
   Place place{next, skipped, ring_.sender_offset(), false, {}};
@@ -213,9 +228,19 @@ std::optional<Intake::Place> Intake::place_of(const Arrival& arrival, std::uint6
     return std::nullopt;
   }
   place.sample = first + skipped + place.offset;
-  if (place.sample >= next) return place;
   const std::uint64_t samples = arrival.samples() - skipped;
-  if (restarts(place, samples, numbered_by_source)) {
+  if (place.sample >= next) {
+    if (likely(place, samples)) return place;
+    faults_.note(
+        Fault::order,
+        fmt::format(
+            "sample {} comes where {} is due, {:.0f} s of samples before it, in less time; it is left "
+            "out, and a next message that goes on from it is required",
+            first + skipped, next - place.offset,
+            1e-9 * interval_ns * static_cast<double>(place.sample - next)));
+    return std::nullopt;
+  }
+  if (restarts(place, samples)) {
     // More than a second, so that nobody takes the samples before and after it for consecutive ones.
     const auto second = static_cast<std::uint64_t>(ring_.settings().sample_rate_hz) + 1;
     const auto clock = ring_.next_time_ns();
@@ -239,10 +264,36 @@ std::optional<Intake::Place> Intake::place_of(const Arrival& arrival, std::uint6
   return place;
 }
 
+/// Whether a gap can be: the time that the sender tells, else this machine's clock, went on as far since the
+/// newest sample, or the message before told of it too. One wrong index would have all that come after it
+/// late.
+bool Intake::likely(const Place& place, std::uint64_t samples) {
+  const double interval_s = 1.0 / ring_.settings().sample_rate_hz;
+  const auto clock = ring_.next_time_ns();
+  double passed_s = 0.0;
+  if (place.time_ns && clock)
+    passed_s = static_cast<double>(*place.time_ns - *clock) / kSecond_ns;
+  else if (arrived_ns_ == 0)  // how long nobody was here, nobody knows
+    return true;
+  else
+    passed_s = static_cast<double>(host_now_ns() - arrived_ns_) / kSecond_ns;
+  const double gap_s = interval_s * static_cast<double>(place.sample - ring_.next_sample());
+  if (ring_.end() == 0 || gap_s <= kSuddenGap_s + kGapPerTime * std::max(0.0, passed_s)) {
+    far_.reset();
+    return true;
+  }
+  // Also the same one again: from a sender that waits until it is taken.
+  const bool continued = far_ && place.sample >= far_->first &&
+                         interval_s * static_cast<double>(place.sample - far_->first) <=
+                             kSuddenGap_s + interval_s * static_cast<double>(far_->second - far_->first);
+  far_ = {place.sample, place.sample + samples};
+  return continued;
+}
+
 /// Whether samples with indices that were due before are new ones of a sender that counts from the beginning
 /// again: their time is not that of the samples with these indices. Without times: they are too many to
-/// be a repetition.
-bool Intake::restarts(const Place& place, std::uint64_t samples, bool numbered_by_source) {
+/// be a repetition. What a source gives again after a kill is known by its position, and does not come here.
+bool Intake::restarts(const Place& place, std::uint64_t samples) {
   const std::uint64_t next = ring_.next_sample();
   const auto own = time_of(place.sample);
   if (place.time_ns && own) {
@@ -252,10 +303,10 @@ bool Intake::restarts(const Place& place, std::uint64_t samples, bool numbered_b
     return (of_now && behind > 2.0 * kClockTolerance_ns) ||
            (std::abs(wrong) > kSecond_ns && std::abs(wrong - deviation_ns_) > kSecond_ns);
   }
-  if (numbered_by_source || place.sample + samples > next) return false;
+  if (place.sample + samples > next) return false;
   again_ = place.sample == again_next_ ? again_ + samples : samples;
   again_next_ = place.sample + samples;
-  return static_cast<double>(again_) > kUnnumberedReplay_s * ring_.settings().sample_rate_hz;
+  return static_cast<double>(again_) > kRepetition_s * ring_.settings().sample_rate_hz;
 }
 
 /// Counts samples that come after their turn: late where nothing had come in their place, else duplicate.

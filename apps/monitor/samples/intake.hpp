@@ -49,9 +49,11 @@ struct SampleCounters {
 };
 
 /// Takes what arrives for one axis into its ring: columns become channels, doubles are left out, gaps of up
-/// to a second are filled with missing samples and longer ones skipped, the sender's clock is followed
-/// as far as it can be believed: a jump beyond some seconds counts once the messages of three seconds agree
-/// with it, or the host's clock does. Time goes back only where the clock was far ahead, and past a gap.
+/// to a second are filled with missing samples and longer ones skipped. A gap of more than 10 s and 1.1 times
+/// what passed meanwhile, by the sender's time or without by the host's clock, counts once a second message
+/// goes on from it; the first one is refused. The sender's clock is followed as far as it can be believed: a
+/// jump beyond some seconds counts once the messages of three seconds agree with it, or the host's clock
+/// does. Time goes back only where the clock was far ahead, and past a gap.
 /// Values stay as they came. What is wrong is counted and named, a rate too that is not the axis' own by the
 /// sender's times or, without, by when its samples come; nothing throws.
 ///
@@ -80,9 +82,19 @@ class Intake {
   [[nodiscard]] std::uint64_t next_for_sender() const;
   /// Where the source stood with the newest sample, or what it told by reached() since.
   [[nodiscard]] SourcePosition position() const;
+  /// Where the ring stands: what goes on from there loses nothing that comes after.
+  struct Progress {
+    std::uint64_t next_sample = 0, sender_offset = 0;  ///< Ring::next_sample(), Ring::sender_offset()
+    SourcePosition position;
+  };
+  [[nodiscard]] Progress progress() const;
+  /// When the newest samples came, UNIX time (ns); 0: none came yet.
+  [[nodiscard]] std::int64_t arrived_ns() const noexcept { return arrived_ns_; }
   /// The source has come so far, and all of this axis before it was given to add().
   void reached(const SourcePosition& position);
   [[nodiscard]] const SampleCounters& counters() const noexcept { return counters_; }
+  /// Why the newest message was refused; empty where it was taken.
+  [[nodiscard]] std::string refusal() const { return refused_ ? faults_.newest() : ""; }
   [[nodiscard]] FaultLog& faults() noexcept { return faults_; }
   [[nodiscard]] const FaultLog& faults() const noexcept { return faults_; }
 
@@ -118,12 +130,13 @@ class Intake {
   static void count(std::atomic<std::uint64_t>& counter, std::uint64_t by) noexcept {
     counter.fetch_add(by, std::memory_order_relaxed);
   }
+  [[nodiscard]] Outcome take(const Arrival& arrival, const SourcePosition& position);
   [[nodiscard]] std::uint64_t come_before(const Arrival& arrival, const SourcePosition& position) const;
   [[nodiscard]] bool usable(const Arrival& arrival, std::uint64_t left);
   [[nodiscard]] bool map_columns(const Arrival& arrival);
-  [[nodiscard]] std::optional<Place> place_of(const Arrival& arrival, std::uint64_t skipped,
-                                              bool numbered_by_source);
-  [[nodiscard]] bool restarts(const Place& place, std::uint64_t samples, bool numbered_by_source);
+  [[nodiscard]] std::optional<Place> place_of(const Arrival& arrival, std::uint64_t skipped);
+  [[nodiscard]] bool likely(const Place& place, std::uint64_t samples);
+  [[nodiscard]] bool restarts(const Place& place, std::uint64_t samples);
   void leave_out(std::uint64_t from, std::uint64_t to);
   [[nodiscard]] Trust trust_in(const Place& place, std::uint64_t gap);
   [[nodiscard]] bool confirmed(std::uint64_t sample, std::int64_t told_ns);
@@ -141,13 +154,16 @@ class Intake {
   std::deque<std::pair<std::uint64_t, std::uint64_t>>
       gaps_;  ///< Newest indices that never came: [first, last).
   std::uint64_t again_next_ = 0,
-                again_ = 0;    ///< A run of samples that are there: the next one, their number.
+                again_ = 0;  ///< A run of samples that are there: the next one, their number.
+  std::optional<std::pair<std::uint64_t, std::uint64_t>> far_;  ///< A message too far ahead: [first, last).
   double deviation_ns_ = 0.0;  ///< Told time less that of the ring, of the last message.
   std::optional<std::pair<std::uint64_t, std::int64_t>> told_;  ///< Sample and time of the last message.
   std::optional<Claim> claim_;
   std::uint64_t clock_anchor_ = 0;  ///< Sample of the newest anchor that was put for the clock.
   RateCheck told_rate_, arrival_rate_;
-  bool not_finite_ = false;  ///< The newest sample.
+  bool not_finite_ = false;           ///< The newest sample.
+  std::atomic<bool> refused_{false};  ///< The newest message.
+  std::atomic<std::int64_t> arrived_ns_{0};
   std::vector<double> values_;
   mutable std::mutex mutex_;
   SampleCounters counters_;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <type_traits>
 #include <utility>
 
 #include "io/csv_format.hpp"
@@ -182,6 +183,27 @@ void TextDecoder::message(std::string_view text, const Take& take) {
                         read_document(text, 0, text.size(), take);
   if (!document) add(text, take);
   finish(take);
+  release();
+}
+
+void TextDecoder::release() {
+  batches_ = {};
+  const auto shrink = [](auto& buffer) {
+    if (buffer.capacity() * sizeof(buffer[0]) > kTextSlice) std::decay_t<decltype(buffer)>().swap(buffer);
+  };
+  shrink(rest_);
+  shrink(scratch_);
+  shrink(cells_);
+  shrink(columns_);
+  shrink(values_);
+  shrink(ends_);
+}
+
+void TextDecoder::adopt_names(const TextDecoder& other, bool same_file) {
+  if (other.names_.empty() || !format_.columns.empty()) return;
+  set_names(other.names_);
+  names_used_ = same_file && other.names_used_;
+  separator_ = other.separator_;
 }
 
 void TextDecoder::fault(Fault kind, std::string_view what, std::string_view text) {

@@ -48,8 +48,17 @@ class TextDecoder {
   void finish(const Take& take);
   /// The stream breaks off here: half a line is a fault, since what it lacks may be digits.
   void break_off();
-  /// A message that is whole.
+  /// A message that is whole. Little memory is kept for the next one: there may be a decoder for each of many
+  /// topics.
   void message(std::string_view text, const Take& take);
+  /// CSV whose columns have no names yet: its lines cannot be read.
+  [[nodiscard]] bool wants_names() const noexcept {
+    return format_.kind == SampleFormat::csv && names_.empty();
+  }
+  /// Names of columns as that one has found them, where it has: in what was read of a file before.
+  ///
+  /// @param same_file whether other names that come next are garbage where they would have been for that one
+  void adopt_names(const TextDecoder& other, bool same_file);
   /// The next byte is this one of its stream, as Arrival::ends counts: for a reader that goes on within a
   /// file. At the beginning of a line.
   void seek(std::uint64_t byte);
@@ -61,6 +70,7 @@ class TextDecoder {
   void read_csv(std::string_view text, std::uint64_t end, const Take& take);
   [[nodiscard]] bool read_names(std::string_view text);
   void set_names(std::vector<std::string> names);
+  void release();
   [[nodiscard]] bool read_document(std::string_view text, std::uint64_t begin, std::uint64_t end,
                                    const Take& take);
   void read_object(const nlohmann::json& object, std::string_view text, std::uint64_t& reached,

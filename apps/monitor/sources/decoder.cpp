@@ -37,12 +37,23 @@ void Decoder::message(std::string_view bytes, const Take& take) {
   if (auto* text = std::get_if<TextDecoder>(&decoder_)) return text->message(bytes, taking_arrivals(take));
   add(bytes, take);
   finish(take);
+  std::get<FrameDecoder>(decoder_).release();
 }
 
 void Decoder::seek(std::uint64_t byte) {
   if (auto* text = std::get_if<TextDecoder>(&decoder_)) return text->seek(byte);
   decoder_.emplace<FrameDecoder>(faults_);
   offset_ = byte;
+}
+
+bool Decoder::wants_names() const noexcept {
+  const auto* text = std::get_if<TextDecoder>(&decoder_);
+  return text != nullptr && text->wants_names();
+}
+
+void Decoder::adopt_names(const Decoder& other, bool same_file) {
+  auto* text = std::get_if<TextDecoder>(&decoder_);
+  if (text != nullptr) text->adopt_names(std::get<TextDecoder>(other.decoder_), same_file);
 }
 
 std::uint64_t Decoder::end_of(const Arrival& arrival) const {

@@ -23,10 +23,13 @@ class Decoder {
   void finish(const Take& take);
   /// As finish(), where what is not whole may lack its end: half a line is a fault.
   void break_off();
-  /// A message that is whole, a datagram for example.
+  /// A message that is whole, a datagram for example. Keeps no large buffers.
   void message(std::string_view bytes, const Take& take);
   /// The next byte is this one of its stream, and nothing is unfinished.
   void seek(std::uint64_t byte);
+  /// Names of columns, see TextDecoder.
+  [[nodiscard]] bool wants_names() const noexcept;
+  void adopt_names(const Decoder& other, bool same_file);
   /// While an arrival is taken: the byte of the stream where it ends.
   [[nodiscard]] std::uint64_t end_of(const Arrival& arrival) const;
 

@@ -31,6 +31,18 @@ void Delivery::drop(const Arrival& arrival) {
   if (Intake* const intake = find(arrival.axis)) intake->lost(arrival.samples());
 }
 
+Delivery::Wait::Wait(Delivery& delivery, std::string_view name) : delivery_(delivery) {
+  const std::lock_guard lock(delivery.waits_mutex_);
+  ++delivery.waits_;
+  delivery.waits_for_ = name.empty() ? std::string("for room in the ring")
+                                     : fmt::format("for room in the ring of '{}'", printable(name));
+}
+
+Delivery::Wait::~Wait() {
+  const std::lock_guard lock(delivery_.waits_mutex_);
+  --delivery_.waits_;
+}
+
 void Delivery::count_unknown(std::string what) {
   unknown_.fetch_add(1, std::memory_order_relaxed);
   faults_.note(Fault::axis, std::move(what));
@@ -43,6 +55,14 @@ FaultLog& Delivery::faults() const {
 
 SourceStatus Delivery::status() const {
   SourceStatus status;
+  status.state = SourceState::running;
+  {
+    const std::lock_guard lock(waits_mutex_);
+    if (waits_ > 0) {
+      status.state = SourceState::waiting;
+      status.text = waits_for_;
+    }
+  }
   status.messages = messages_.load(std::memory_order_relaxed);
   status.bytes = bytes_.load(std::memory_order_relaxed);
   status.lost = lost_.load(std::memory_order_relaxed);

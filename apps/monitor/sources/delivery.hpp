@@ -2,8 +2,11 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
+#include <mutex>
 #include <string>
+#include <string_view>
 
 #include "monitor/sources/source.hpp"
 
@@ -26,6 +29,18 @@ class Delivery {
   void count_lost(std::uint64_t messages) noexcept { lost_.fetch_add(messages, std::memory_order_relaxed); }
   /// Of an axis that nobody configured; `what` says so.
   void count_unknown(std::string what);
+  /// While it lives, somebody waits for room in a ring.
+  class Wait {
+   public:
+    /// @param name the axis, as the source calls it; empty: the only one
+    Wait(Delivery& delivery, std::string_view name);
+    Wait(const Wait&) = delete;
+    Wait& operator=(const Wait&) = delete;
+    ~Wait();
+
+   private:
+    Delivery& delivery_;
+  };
   /// Whoever waits for room in an intake gives up.
   void stop() noexcept { stopping_.store(true, std::memory_order_release); }
   [[nodiscard]] bool stopping() const noexcept { return stopping_.load(std::memory_order_acquire); }
@@ -34,7 +49,8 @@ class Delivery {
   [[nodiscard]] FaultLog& faults() const;
   /// For what is of no axis, whatever axes there are.
   [[nodiscard]] FaultLog& faults_of_none() const noexcept { return faults_; }
-  /// The counters, and as text the faults with their newest examples.
+  /// The counters, and as text the faults with their newest examples. The state is `waiting` while anybody
+  /// waits for room, which the text begins with then; else `running`.
   [[nodiscard]] SourceStatus status() const;
 
  private:
@@ -42,6 +58,9 @@ class Delivery {
   mutable FaultLog faults_;
   std::atomic<bool> stopping_{false};
   std::atomic<std::uint64_t> messages_{0}, bytes_{0}, lost_{0}, unknown_{0};
+  mutable std::mutex waits_mutex_;
+  std::size_t waits_ = 0;  ///< How many wait for room in a ring.
+  std::string waits_for_;  ///< The newest of these.
 };
 
 }  // namespace resonid::monitor

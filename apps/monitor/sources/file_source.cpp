@@ -26,6 +26,7 @@ namespace fs = std::filesystem;
 
 constexpr double kOpenAgain_s = 0.05, kOpenAgainAtMost_s = 1.0;
 constexpr std::size_t kBlock = 65'536;
+constexpr std::uint64_t kNamesWithin = 1'000'000;      // bytes at either end that are searched for names
 constexpr std::uint64_t kMostTruncations = 1'000'000;  // a later birth is another file
 
 /// A file as it lies on its disk, whatever its name.
@@ -211,6 +212,7 @@ class FileSource final : public ThreadSource {
     safe_ = told_ = from;
     for (Intake* intake : elsewhere) intake->reached(position_at(from));
     decoder_.seek(0);
+    if (from > 0 || decoder_.wants_names()) learn_names(file, from);
     if (from > 0) go_to(from);
     return true;
   }
@@ -219,32 +221,70 @@ class FileSource final : public ThreadSource {
     return {{identity_.device, identity_.inode, generation_, byte}};
   }
 
-  /// Goes on at the beginning of a line there, with the names of columns that the first lines tell.
+  /// Goes on at the beginning of a line there.
   void go_to(std::uint64_t byte) {
-    offset_ = byte;
-    if (!frames()) {
-      bool samples = false;
-      const std::string_view first = read(0);
-      std::string_view lines = first.substr(0, std::min<std::uint64_t>(byte, first.size()));
-      while (!samples && lines.find('\n') != std::string_view::npos) {
-        const std::string_view line = lines.substr(0, lines.find('\n') + 1);
-        decoder_.add(line, [&](const Message&) { samples = true; });
-        lines.remove_prefix(line.size());
-      }
-      while (offset_ > 0) {
-        const std::uint64_t begin = offset_ - std::min<std::uint64_t>(offset_, kBlock);
-        const std::string_view block = read(begin).substr(0, offset_ - begin);
-        const std::size_t end = block.rfind('\n');
-        offset_ = begin + (end == std::string_view::npos ? 0 : end + 1);
-        if (end != std::string_view::npos || byte - offset_ > kLongestLine) break;
-      }
-    }
+    offset_ = frames() ? byte : begin_of_line(file_, byte);
     decoder_.seek(offset_);
   }
 
-  std::string_view read(std::uint64_t from) {
+  /// Where the line begins that goes on there; not looked for further than a line can be long.
+  std::uint64_t begin_of_line(const Descriptor& file, std::uint64_t byte) {
+    std::uint64_t line = byte;
+    while (line > 0 && byte - line <= kLongestLine) {
+      const std::uint64_t begin = line - std::min<std::uint64_t>(line, kBlock);
+      const std::string_view block = read(file, begin).substr(0, line - begin);
+      const std::size_t end = block.rfind('\n');
+      line = begin + (end == std::string_view::npos ? 0 : end + 1);
+      if (end != std::string_view::npos) break;
+    }
+    return line;
+  }
+
+  /// The names of columns that count at a byte of this file, where lines before it tell them; else, while
+  /// there are none, those that the file before it ends with.
+  void learn_names(const NamedFile& file, std::uint64_t byte) {
+    if (settings_.format.kind != SampleFormat::csv || learn_names_in(file_, byte) || !decoder_.wants_names())
+      return;
+    std::vector<NamedFile> before = generations_of(settings_.path);
+    std::erase_if(before, [&](const NamedFile& other) {
+      return other.identity.is(file.identity) || other.identity.birth_ns > file.identity.birth_ns;
+    });
+    std::sort(before.begin(), before.end(), [](const NamedFile& a, const NamedFile& b) {
+      return a.identity.birth_ns != b.identity.birth_ns ? a.identity.birth_ns > b.identity.birth_ns
+                                                        : a.path < b.path;
+    });
+    for (const NamedFile& other : before) {
+      const Descriptor opened(::open(other.path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+      if (stopping() || (opened && learn_names_in(opened, other.identity.size))) return;
+    }
+  }
+
+  /// Reads what is before that byte, of a large file its beginning and what comes last.
+  bool learn_names_in(const Descriptor& file, std::uint64_t byte) {
+    FaultLog unheard;
+    Decoder reader(settings_.format, unheard);
+    const auto read_lines = [&](std::uint64_t from, std::uint64_t to) {
+      while (from < to && !stopping()) {
+        const std::string_view bytes = read(file, from).substr(0, to - from);
+        if (bytes.empty()) return;
+        reader.add(bytes, [](const Message&) {});
+        from += bytes.size();
+      }
+    };
+    const std::uint64_t end = begin_of_line(file, byte);
+    if (end <= 2 * kNamesWithin) {
+      read_lines(0, end);
+    } else {
+      read_lines(0, begin_of_line(file, kNamesWithin));
+      read_lines(begin_of_line(file, end - kNamesWithin), end);
+    }
+    decoder_.adopt_names(reader, &file == &file_);
+    return !reader.wants_names();
+  }
+
+  std::string_view read(const Descriptor& file, std::uint64_t from) {
     ::ssize_t bytes = 0;
-    do bytes = ::pread(file_.get(), buffer_.data(), buffer_.size(), static_cast<::off_t>(from));
+    do bytes = ::pread(file.get(), buffer_.data(), buffer_.size(), static_cast<::off_t>(from));
     while (bytes < 0 && errno == EINTR);
     read_error_ = bytes < 0 ? errno : 0;
     return {buffer_.data(), static_cast<std::size_t>(std::max<::ssize_t>(bytes, 0))};
@@ -254,7 +294,7 @@ class FileSource final : public ThreadSource {
   void follow() {
     bool replaced = false;
     while (!stopping()) {
-      const std::string_view bytes = read(offset_);
+      const std::string_view bytes = read(file_, offset_);
       if (read_error_ != 0) {
         set_state(SourceState::waiting, fmt::format("cannot read '{}': {}", settings_.path.string(),
                                                     system_error_text(read_error_)));
@@ -266,7 +306,9 @@ class FileSource final : public ThreadSource {
         const std::uint64_t begin = std::exchange(offset_, offset_ + bytes.size());
         delivery_.count_bytes(bytes.size());
         decoder_.add(bytes, [this](const Message& message) { take(message); });
-        if (const std::size_t line = bytes.rfind('\n'); line != std::string_view::npos && !frames())
+        // Lines that lack names of columns are read again after a restart: it may find them.
+        if (const std::size_t line = bytes.rfind('\n');
+            line != std::string_view::npos && !frames() && !decoder_.wants_names())
           safe_ = begin + line + 1;
         set_state(SourceState::running);
         continue;

@@ -21,8 +21,9 @@ struct FileSettings {
 /// Follows a file that others write, from its beginning (or its end) on, and through its rotation: one that
 /// is renamed (to NAME.1, NAME-20260921 and the like in the same folder) is read to its end before the next
 /// one, one that is truncated from its beginning. Goes on where its axes' rings stand, also in a file that
-/// was renamed meanwhile. Names of CSV columns are looked for in the first lines of the file. While an intake
-/// is full nothing is read.
+/// was renamed meanwhile. Names of CSV columns are those that the newest line of names before that place
+/// tells, looked for in the first and the last megabyte before it, else in the files that were renamed. While
+/// an intake is full nothing is read.
 ///
 /// Position: device, inode, time of birth (ns; 0 where the file system does not know) plus the number of
 /// truncations, byte.

@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cmath>
 #include <exception>
+#include <optional>
 #include <system_error>
 #include <vector>
 
@@ -48,7 +49,8 @@ void ThreadSource::stop() {
 SourceStatus CountingSource::status() const {
   SourceStatus status = delivery_.status();
   const std::lock_guard lock(mutex_);
-  status.state = state_;
+  const bool at_work = state_ == SourceState::starting || state_ == SourceState::running;
+  if (!at_work || status.state != SourceState::waiting) status.state = state_;
   if (!text_.empty()) status.text = status.text.empty() ? text_ : text_ + "; " + status.text;
   return status;
 }
@@ -62,17 +64,10 @@ bool ThreadSource::wait(double seconds, std::span<::pollfd> others) {
 }
 
 bool ThreadSource::deliver(const Arrival& arrival, const SourcePosition& position) {
-  bool waited = false;
+  std::optional<Delivery::Wait> waiting;
   while (!stopping()) {
-    if (delivery_.add(arrival, position) != Intake::Outcome::full) {
-      if (waited) set_state(SourceState::running);
-      return true;
-    }
-    if (!waited)
-      set_state(SourceState::waiting,
-                arrival.axis.empty() ? std::string("for room in the ring")
-                                     : fmt::format("for room in the ring of '{}'", printable(arrival.axis)));
-    waited = true;
+    if (delivery_.add(arrival, position) != Intake::Outcome::full) return true;
+    if (!waiting) waiting.emplace(delivery_, arrival.axis);
     static_cast<void>(wait(kFullAgain_s));
   }
   return false;

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "monitor/brokers/feed.hpp"
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
+#include <malloc.h>
+
+#include <thread>
 
 #include "brokers.hpp"
 #include "monitor/brokers/access.hpp"
 #include "monitor/brokers/nats_subject.hpp"
+#include "monitor/sources/thread_source.hpp"
 
 namespace resonid::monitor::test {
 namespace {
@@ -88,12 +93,66 @@ TEST(Feed, ForgetsTopicsRatherThanGrow) {
   Feed feed(delivery, {{"#", {SampleFormat::csv, {}, {}}}}, kMqttTopics);
   const std::string names = "ru,u,y\n";
   EXPECT_TRUE(feed.take(0, "first", names + "0,0,0\n"));
-  for (int k = 0; k < 25'000; ++k) EXPECT_TRUE(feed.take(0, std::to_string(k), "nothing"));
+  for (int k = 0; k < 2000; ++k) EXPECT_TRUE(feed.take(0, std::to_string(k), "nothing"));
   EXPECT_EQ(rings.ring("x").end(), 1U);
   EXPECT_TRUE(feed.take(0, "first", "1,7,13\n"));  // its names of columns are gone
   EXPECT_EQ(rings.ring("x").end(), 1U);
   EXPECT_TRUE(feed.take(0, "first", names + "1,7,13\n"));
   expect_stored(rings.ring("x"), 2);
+}
+
+TEST(Feed, TopicsThatNoAxisHasTakeNobodysPlace) {
+  const TemporaryFolder folder;
+  Rings rings(folder.path(), {"x"});
+  Delivery delivery(rings);
+  Feed feed(delivery, {{"machines/+", {SampleFormat::csv, {}, {}}}}, kMqttTopics);
+  EXPECT_TRUE(feed.take(0, "machines/x", "ru,u,y\n"));
+  for (int k = 0; k < 3000; ++k) EXPECT_TRUE(feed.take(0, fmt::format("machines/{}", k), "ru,u,y\n0,0,0\n"));
+  EXPECT_TRUE(feed.take(0, "machines/x", "0,0,0\n1,7,13\n"));  // its names of columns are known
+  EXPECT_EQ(rings.ring("x").end(), 2U);
+  EXPECT_EQ(delivery.status().unknown, 3000U);
+}
+
+#ifdef __GLIBC__
+TEST(Feed, KeepsNoLargeMessagesOfManyTopics) {
+  const TemporaryFolder folder;
+  Rings rings(folder.path(), {"x"});
+  Delivery delivery(rings);
+  Feed feed(delivery, {{"#", {SampleFormat::csv, {}, {}}}}, kMqttTopics);
+  const std::string comment = "ru,u,y\n#" + std::string(900'000, '-');
+  const std::size_t before = ::mallinfo2().uordblks + ::mallinfo2().hblkhd;
+  for (int k = 0; k < 100; ++k) EXPECT_TRUE(feed.take(0, std::to_string(k), comment));
+  EXPECT_LT(::mallinfo2().uordblks + ::mallinfo2().hblkhd, before + 5'000'000);
+}
+#endif
+
+/// The state of a source, whatever it set itself.
+TEST(Feed, TellsThatItWaitsForRoomInARing) {
+  class Waiting final : public CountingSource {
+   public:
+    explicit Waiting(Axes& axes)
+        : CountingSource(axes), feed(delivery_, {{"s", {SampleFormat::frame}}}, kNatsSubjects) {
+      set_state(SourceState::running);
+    }
+    void start() override {}
+    void stop() override { delivery_.stop(); }
+    [[nodiscard]] std::string_view promise() const noexcept override { return ""; }
+    Feed feed;
+  };
+  const TemporaryFolder folder;
+  Rings rings(folder.path(), {"x"}, 16'000);
+  Waiting source(rings);
+  std::uint64_t first = 0;
+  for (; rings.ring("x").room(kFrame + static_cast<std::size_t>(kRate_hz), 1); first += kFrame)
+    ASSERT_TRUE(source.feed.take(0, "s", frame_of("x", first)));
+  EXPECT_EQ(source.status().state, SourceState::running);
+  std::thread sender([&] { EXPECT_TRUE(source.feed.take(0, "s", frame_of("x", first))); });
+  EXPECT_TRUE(until([&] { return source.status().state == SourceState::waiting; }));
+  EXPECT_EQ(source.status().text, "for room in the ring of 's'");
+  rings.ring("x").set_read(first);
+  sender.join();
+  EXPECT_EQ(source.status().state, SourceState::running);
+  EXPECT_EQ(source.status().text, "");
 }
 
 TEST(Access, ReadsCredentials) {

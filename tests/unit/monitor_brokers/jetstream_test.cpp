@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 
+#include <future>
+
 #include "brokers.hpp"
 #include "monitor/brokers/nats_source.hpp"
 
@@ -8,6 +10,36 @@ namespace resonid::monitor::test {
 namespace {
 
 constexpr const char* kSubject = "machines.x.samples";
+
+/// Another program that pulls from a consumer.
+class PullSubscription {
+ public:
+  PullSubscription(natsConnection* connection, const char* stream, const char* filter, const char* consumer) {
+    jsSubOptions options;
+    jsSubOptions_Init(&options);
+    options.Stream = stream;
+    EXPECT_EQ(natsConnection_JetStream(&js_, connection, nullptr), NATS_OK);
+    EXPECT_EQ(js_PullSubscribe(&subscription_, js_, filter, consumer, nullptr, &options, nullptr), NATS_OK);
+  }
+  PullSubscription(const PullSubscription&) = delete;
+  PullSubscription& operator=(const PullSubscription&) = delete;
+  ~PullSubscription() {
+    natsSubscription_Destroy(subscription_);
+    jsCtx_Destroy(js_);
+  }
+  /// Messages that came in time, and are not acknowledged.
+  [[nodiscard]] int fetch(int most, std::int64_t time_ms) const {
+    natsMsgList list{};
+    EXPECT_EQ(natsSubscription_Fetch(&list, subscription_, most, time_ms, nullptr), NATS_OK);
+    const int count = list.Count;
+    natsMsgList_Destroy(&list);
+    return count;
+  }
+
+ private:
+  jsCtx* js_ = nullptr;
+  natsSubscription* subscription_ = nullptr;
+};
 
 class JetStream : public ::testing::Test {
  protected:
@@ -97,21 +129,8 @@ TEST_F(JetStream, ReadsFirstWhatAnotherProcessHasNotAcknowledged) {
   source_->stop();
   send(50, 150);
   {
-    jsCtx* js = nullptr;
-    natsSubscription* subscription = nullptr;
-    natsMsgList list{};
-    jsSubOptions options;
-    jsSubOptions_Init(&options);
-    options.Stream = "SAMPLES";
-    ASSERT_EQ(natsConnection_JetStream(&js, sender_->connection(), nullptr), NATS_OK);
-    ASSERT_EQ(
-        js_PullSubscribe(&subscription, js, "machines.*.samples", "resonid", nullptr, &options, nullptr),
-        NATS_OK);
-    ASSERT_EQ(natsSubscription_Fetch(&list, subscription, 40, 1000, nullptr), NATS_OK);
-    EXPECT_EQ(list.Count, 40);
-    natsMsgList_Destroy(&list);
-    natsSubscription_Destroy(subscription);
-    jsCtx_Destroy(js);
+    const PullSubscription other(sender_->connection(), "SAMPLES", "machines.*.samples", "resonid");
+    ASSERT_EQ(other.fetch(40, 1000), 40);
   }
   start();
   ASSERT_TRUE(reaches(150)) << rings_->ring("x").end();
@@ -148,6 +167,10 @@ TEST_F(JetStream, DoesNotAcknowledgeWhatAFullRingDidNotTake) {
   send(0, kFrames, "machines.small.samples");
   Ring& ring = rings_->ring("small");
   ASSERT_TRUE(until([&] { return ring.end() > 9000; }));
+  EXPECT_TRUE(until([&] { return source_->status().state == SourceState::waiting; }));
+  EXPECT_NE(source_->status().text.find("for room in the ring of 'machines.small.samples'"),
+            std::string::npos)
+      << source_->status().text;
   std::this_thread::sleep_for(std::chrono::milliseconds(200));
   EXPECT_LT(ring.end(), kFrames * kFrame);
   source_->stop();
@@ -162,6 +185,69 @@ TEST_F(JetStream, DoesNotAcknowledgeWhatAFullRingDidNotTake) {
   })) << read;
   EXPECT_EQ(wrong, 0U);
   EXPECT_EQ(rings_->intake("small").counters().missing, 0U);
+}
+
+/// Another program took one delivery, so that it is read from the stream, for which there is no room: the one
+/// that came after it must wait for the next start.
+TEST_F(JetStream, StoppedBeforeAMissedMessageIsTakenItTakesNoNewerOne) {
+  sender_->make_stream("SAMPLES", "machines.>");
+  rings_ = std::make_unique<Rings>(folder_ / "", std::vector<std::string>{"small", "other"}, 16'000);
+  Ring& ring = rings_->ring("small");
+  constexpr std::uint64_t kTaken = 500;  // no other frame has room
+  start();
+  send(0, kTaken, "machines.small.samples");
+  ASSERT_TRUE(reaches(kTaken, "small"));
+  {
+    const PullSubscription thief(sender_->connection(), "SAMPLES", "machines.*.samples", "resonid");
+    auto stolen = std::async(std::launch::async, [&] { return thief.fetch(1, 5000); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));  // it waits longest
+    send(kTaken, kTaken + 1, "machines.small.samples");
+    ASSERT_EQ(stolen.get(), 1);
+  }
+  send(0, 1, "machines.other.samples");
+  ASSERT_TRUE(until([&] { return source_->status().state == SourceState::waiting; }));
+  source_->stop();
+  EXPECT_EQ(rings_->ring("other").end(), 0U);
+  ring.set_read(ring.end());
+  start();
+  EXPECT_TRUE(reaches(kTaken + 1, "small")) << ring.end();
+  EXPECT_TRUE(reaches(1, "other"));
+  source_->stop();
+}
+
+TEST_F(JetStream, WhatWasDroppedBeforeTheFirstStartIsNotLost) {
+  sender_->make_stream("SAMPLES", "machines.>");
+  send(0, 50);
+  jsCtx* js = nullptr;
+  ASSERT_EQ(natsConnection_JetStream(&js, sender_->connection(), nullptr), NATS_OK);
+  EXPECT_EQ(js_PurgeStream(js, "SAMPLES", nullptr, nullptr), NATS_OK);
+  JetStreamSourceSettings settings;
+  settings.servers.servers = {server_->url()};
+  settings.stream = "SAMPLES";
+  settings.consumer = "all";  // without filter lost messages are counted
+  settings.subjects = {"", {SampleFormat::frame, {}, "x"}};
+  const auto begin = [&] {
+    source_ = std::move(make_jetstream_source(settings, *rings_).value());
+    source_->start();
+  };
+  send(0, 10);
+  begin();
+  ASSERT_TRUE(reaches(10)) << source_->status().text;
+  EXPECT_EQ(source_->status().lost, 0U);
+  source_->stop();
+  jsStreamConfig config;
+  jsStreamConfig_Init(&config);
+  const char* subjects[] = {"machines.>"};
+  config.Name = "SAMPLES";
+  config.Subjects = subjects;
+  config.SubjectsLen = 1;
+  config.MaxMsgs = 2;
+  ASSERT_EQ(js_UpdateStream(nullptr, js, &config, nullptr, nullptr), NATS_OK);
+  jsCtx_Destroy(js);
+  send(10, 19);  // of which it keeps two
+  begin();
+  ASSERT_TRUE(reaches(19)) << source_->status().text;
+  EXPECT_EQ(source_->status().lost, 7U);
 }
 
 TEST_F(JetStream, NamesWhatIsWrongAndGoesOn) {

@@ -134,8 +134,13 @@ TEST_F(IntakeTest, AColumnThatStandsTwiceIsRefused) {
   const std::string_view columns[] = {"ru", "y", "ru"};
   const double values[] = {1, 2, 3};
   EXPECT_EQ(intake_->add({"x", {}, {}, 0.0, columns, values, {}}), Outcome::refused);
-  EXPECT_NE(intake_->faults().example(Fault::columns).find("several columns have the name 'ru'"),
-            std::string::npos);
+  EXPECT_NE(intake_->refusal().find("several columns have the name 'ru'"), std::string::npos);
+  told_rate_hz_ = 900.0;
+  EXPECT_EQ(add(0, 10), Outcome::refused);
+  EXPECT_NE(intake_->refusal().find("900 Hz"), std::string::npos);
+  told_rate_hz_ = 0.0;
+  EXPECT_EQ(add(0, 10), Outcome::taken);
+  EXPECT_EQ(intake_->refusal(), "");
 }
 
 TEST_F(IntakeTest, WhatComesTwiceIsTakenOnce) {
@@ -246,6 +251,67 @@ TEST_F(IntakeTest, WithoutTimesARestartIsNoticedAfterTenSeconds) {
   EXPECT_EQ(faults(Fault::restart), 1U);
   EXPECT_EQ(add(k + 100, 100), Outcome::taken);
   EXPECT_EQ(intake_->next_for_sender(), k + 200);
+}
+
+TEST_F(IntakeTest, ARestartInAFileOrStreamIsNoticedAfterTenSecondsOfNewMessages) {
+  std::uint64_t place = 0;
+  const auto send = [&](std::uint64_t k, std::uint64_t at) { return add(k, 100, {}, {{1, 2, 0, at}}); };
+  for (std::uint64_t k = 0; k < 20'000; k += 100) send(k, ++place);
+  open();  // killed, and all of it is given again
+  for (std::uint64_t k = 0; k < 20'000; k += 100) EXPECT_EQ(send(k, k / 100 + 1), Outcome::duplicate);
+  EXPECT_EQ(faults(Fault::restart), 0U);
+  for (std::uint64_t k = 0; k < 5000; k += 100)  // written twice by the sender
+    EXPECT_EQ(send(15'000 + k, ++place), Outcome::duplicate);
+  EXPECT_EQ(send(20'000, ++place), Outcome::taken);
+  EXPECT_EQ(faults(Fault::restart), 0U);
+  std::uint64_t k = 0;
+  while (k < 20'000 && send(k, ++place) == Outcome::duplicate) k += 100;
+  EXPECT_EQ(k, 10'000U);
+  EXPECT_EQ(faults(Fault::restart), 1U);
+  EXPECT_EQ(send(k + 100, ++place), Outcome::taken);
+  open();
+  EXPECT_EQ(send(k + 100, place), Outcome::duplicate);
+  EXPECT_EQ(send(k + 200, ++place), Outcome::taken);
+  EXPECT_EQ(intake_->next_for_sender(), k + 300);
+  EXPECT_EQ(faults(Fault::restart), 0U);
+}
+
+TEST_F(IntakeTest, OneWrongIndexIsLeftOutAndWhatFollowsIsTaken) {
+  for (const bool timed : {false, true}) {
+    const std::uint64_t begin = ring_->next_sample(), lost = counters().lost;
+    const auto send = [&](std::uint64_t index, std::uint64_t due) {
+      return add(index, 100, timed ? std::optional(time_of(due)) : std::nullopt);
+    };
+    for (std::uint64_t k = begin; k < begin + 2000; k += 100) {
+      EXPECT_EQ(send(k, k), Outcome::taken);
+      if (k % 400 == 0) {
+        EXPECT_EQ(send(k + 1'000'000'000, k + 100), Outcome::refused);
+      }
+    }
+    EXPECT_EQ(counters().lost - lost, 500U);
+  }
+  EXPECT_EQ(faults(Fault::order), 10U);
+  EXPECT_NE(intake_->faults().example(Fault::order).find("where 3700 is due"), std::string::npos)
+      << intake_->faults().example(Fault::order);
+  EXPECT_EQ(counters().late + counters().missing + faults(Fault::restart), 0U);
+  EXPECT_EQ(ring_->next_sample(), 4000U);
+  expect_right();
+}
+
+TEST_F(IntakeTest, ALongGapIsBelievedWhereASecondMessageGoesOnFromIt) {
+  add(0, 100);
+  EXPECT_EQ(add(7'200'000, 100), Outcome::refused);
+  EXPECT_EQ(add(7'200'120, 100), Outcome::taken);
+  EXPECT_EQ(counters().missing, 7'200'020U);
+  EXPECT_EQ(counters().lost, 100U);
+  const std::uint64_t far = 100'000'000;  // a sender that waits until a message is taken
+  EXPECT_EQ(add(far, 100), Outcome::refused);
+  EXPECT_EQ(add(far, 100), Outcome::taken);
+  EXPECT_EQ(add(far + 100, 100), Outcome::taken);
+  EXPECT_EQ(add(2 * far, 100), Outcome::refused);
+  EXPECT_EQ(add(3 * far, 100), Outcome::refused);  // two wrong ones do not confirm each other
+  EXPECT_EQ(add(far + 200, 100), Outcome::taken);
+  expect_right();
 }
 
 TEST_F(IntakeTest, TheClockIsPutForwardAndNeverBack) {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "monitor/samples/text_decoder.hpp"
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
+#include <malloc.h>
 
 #include <cmath>
 #include <memory>
@@ -317,6 +319,27 @@ TEST(LineProtocol, TagsFieldsAndTime) {
   EXPECT_EQ(reader.faults.count(Fault::columns), 1U);
   EXPECT_EQ(reader.all.size(), 2U);
 }
+
+#ifdef __GLIBC__
+/// Names of axes and columns are the sender's.
+TEST(TextLines, MemoryStaysSmallWhateverTheSenderCallsItsAxes) {
+  FaultLog faults;
+  TextDecoder decoder({SampleFormat::json, {}, {}}, faults);
+  std::size_t samples = 0;
+  const auto take = [&](const Arrival& arrival) { samples += arrival.samples(); };
+  std::string numbers = "[0";
+  for (int k = 1; k < 10'000; ++k) numbers += ",0";
+  const std::string name(100'000, 'n');
+  const std::size_t before = ::mallinfo2().uordblks + ::mallinfo2().hblkhd;
+  for (int k = 0; k < 50; ++k)
+    decoder.add(
+        fmt::format("{{\"axis\":\"{0}\",\"y\":{1}]}}\n{{\"axis\":\"{2}{0}\",\"y\":1}}\n", k, numbers, name),
+        take);
+  EXPECT_LT(::mallinfo2().uordblks + ::mallinfo2().hblkhd, before + 5'000'000);
+  EXPECT_EQ(samples, 50U * 10'001U);
+  EXPECT_EQ(faults.total(), 0U);
+}
+#endif
 
 }  // namespace
 }  // namespace resonid::monitor

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "monitor/sources/file_source.hpp"
 
+#include <fmt/core.h>
+
 #include <fstream>
 
 #include "installation.hpp"
@@ -60,6 +62,70 @@ TEST_F(FileSourceTest, GoesOnWhereTheRingStandsWithTheNamesOfTheFirstLine) {
   ASSERT_TRUE(eventually([&] { return axes.end("x") == 20'002; }));
   axes.expect_exactly("x", 20'002);
   EXPECT_LT(source->status().bytes, 1000U);
+}
+
+TEST_F(FileSourceTest, ALoggerThatWritesNamesOnceIsUnderstoodAfterRotationAndRestart) {
+  append("y,u\n");
+  const auto reversed = [](std::uint64_t first, std::uint64_t count) {
+    std::string lines;
+    for (std::uint64_t k = first; k < first + count; ++k)
+      lines += fmt::format("{},{}\n", -static_cast<double>(k), 0.5 * static_cast<double>(k));
+    return lines;
+  };
+  append(reversed(0, 10));
+  {
+    Installation axes(folder_.path(), {"x"});
+    const auto source = started(axes);
+    ASSERT_TRUE(eventually([&] { return axes.end("x") == 10; }));
+    fs::rename(path_, folder_ / "x.csv.1");
+    later();
+    append(reversed(10, 10));
+    ASSERT_TRUE(eventually([&] { return axes.end("x") == 20; }));
+  }
+  append(reversed(20, 10));
+  {
+    Installation axes(folder_.path(), {"x"});
+    const auto source = started(axes);
+    ASSERT_TRUE(eventually([&] { return axes.end("x") == 30; }));
+    EXPECT_EQ(axes.intake("x").faults().total(), 0U);
+  }
+  fs::rename(path_, folder_ / "x.csv.0");  // and now while nobody looks: the new file is known to nobody
+  later();
+  append(reversed(30, 10));
+  Installation axes(folder_.path(), {"x"});
+  const auto source = started(axes);
+  ASSERT_TRUE(eventually([&] { return axes.end("x") == 40; }));
+  EXPECT_EQ(axes.intake("x").faults().total(), 0U);
+  axes.expect_exactly("x", 40);
+}
+
+TEST_F(FileSourceTest, TheNewestNamesBeforeThePlaceCountAfterARestart) {
+  append("y,u\n0,0\nu,y\n" + lines_of(1, 200'000));  // several megabytes
+  append("y,temperature,u\n-200001,20,100000.5\n");
+  const auto read_to = [&](std::uint64_t end) {
+    Installation axes(folder_.path(), {"x"}, 1U << 19U);
+    const auto source = started(axes);
+    ASSERT_TRUE(eventually([&] { return axes.end("x") == end; })) << axes.end("x");
+    axes.expect_exactly("x", end);
+  };
+  read_to(200'002);
+  append("-200002,21,100001\n");
+  read_to(200'003);
+}
+
+TEST_F(FileSourceTest, LinesThatLackNamesAreReadAgainOnceTheyCanBe) {
+  append(lines_of(0, 10));
+  {
+    Installation axes(folder_.path(), {"x"});
+    const auto source = started(axes);
+    ASSERT_TRUE(eventually([&] { return axes.intake("x").faults().count(Fault::columns) == 10; }));
+    pause_ms(20);
+    EXPECT_EQ(axes.intake("x").position().word[3], 0U);
+  }
+  Installation axes(folder_.path(), {"x"});
+  const auto source = started(axes, Format{SampleFormat::csv, {"u", "y"}});
+  ASSERT_TRUE(eventually([&] { return axes.end("x") == 10; }));
+  axes.expect_exactly("x", 10);
 }
 
 TEST_F(FileSourceTest, FromTheEndReadsWhatIsAppendedAndGoesOnThereAfterARestart) {
