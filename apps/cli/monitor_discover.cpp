@@ -203,7 +203,8 @@ void refuse_without_discovery(const CLI::App& verb, const DiscoverOptions& o) {
       if (given(name)) throw UsageError(fmt::format("{}: is for --discover", name));
     return;
   }
-  for (const char* name : {"--demo", "--replay", "--check", "--schema", "--data", "--listen", "CONFIG"})
+  for (const char* name : {"--demo", "--replay", "--rows", "--axis", "--speed", "--check", "--schema",
+                           "--data", "--listen", "CONFIG"})
     if (given(name)) throw UsageError(fmt::format("--discover: prints what is there; leave {} out", name));
   if (!(o.seconds >= 0.1 && o.seconds <= 86400.0))
     throw UsageError(fmt::format("--seconds: found {:g}, required 0.1 ... 86400", o.seconds));

@@ -23,6 +23,7 @@ enum class ActionKind : std::uint8_t {
   stop,          ///< The axis: its samples no longer come. By the service.
   resume,        ///< The axis: they come again. By the service.
   remind,        ///< An alarm that is active and that nobody has acknowledged: told again. By the service.
+  gather,  ///< The axis: it has waited to learn for so long that newer samples are gathered. By the service.
 };
 inline constexpr EnumName<ActionKind> kActionKindNames[] = {{ActionKind::acknowledge, "acknowledge"},
                                                             {ActionKind::shelve, "shelve"},
@@ -36,7 +37,8 @@ inline constexpr EnumName<ActionKind> kActionKindNames[] = {{ActionKind::acknowl
                                                             {ActionKind::relearn, "relearn"},
                                                             {ActionKind::stop, "stop"},
                                                             {ActionKind::resume, "resume"},
-                                                            {ActionKind::remind, "remind"}};
+                                                            {ActionKind::remind, "remind"},
+                                                            {ActionKind::gather, "gather"}};
 [[nodiscard]] constexpr std::span<const EnumName<ActionKind>> enum_names(ActionKind) noexcept {
   return kActionKindNames;
 }

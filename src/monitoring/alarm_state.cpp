@@ -198,6 +198,7 @@ expected<Transitions, Error> Alarm::act(const AlarmRules& rules, const Action& a
     case ActionKind::relearn:
     case ActionKind::stop:
     case ActionKind::resume:
+    case ActionKind::gather:
       return refuse("action", "must be about an alarm");
   }
   sample_ = now;

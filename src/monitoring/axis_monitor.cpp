@@ -16,7 +16,6 @@ namespace {
 
 using identification::detail::Follower;
 using online::AxisRow;
-using online::Figure;
 
 constexpr std::size_t kStretches = 5;  // each twice as long as the one before; then what there is must do
 constexpr double kFirstRest_s = 10.0, kLongestRest_s = 600.0;
@@ -82,8 +81,8 @@ constexpr std::pair<Watched, std::string_view> kParameters[] = {
 
 }  // namespace
 
-AxisMonitor::AxisMonitor(AxisSpec spec, AxisAlarmRules rules)
-    : spec_(std::move(spec)), rules_(std::move(rules)), options_(spec_.track) {
+AxisMonitor::AxisMonitor(AxisSpec spec, const AxisAlarmRules& rules)
+    : spec_(std::move(spec)), rules_(rules), options_(spec_.track) {
   options_.long_term = true;
   options_.every = std::max<std::size_t>(
       1, static_cast<std::size_t>(std::llround(spec_.row_every_s * spec_.sample_rate_hz)));
@@ -99,7 +98,7 @@ expected<AxisMonitor, Error> AxisMonitor::create(AxisSpec spec) {
   if (auto fault = fault_of(spec)) return tl::unexpected(std::move(*fault));
   auto rules = AxisAlarmRules::create(spec.alarms, spec.sample_rate_hz);
   if (!rules) return tl::unexpected(std::move(rules.error()));
-  return AxisMonitor(std::move(spec), std::move(*rules));
+  return AxisMonitor(std::move(spec), *rules);
 }
 
 std::size_t AxisMonitor::add(std::span<const double> values, Output& out) {
@@ -144,6 +143,11 @@ online::AxisSample<double> AxisMonitor::scaled(Sample sample) const {
   const std::size_t input = spec_.has_excitation ? 1 : 0;
   return {spec_.has_excitation ? sample[0] * spec_.input_scale * spec_.excitation_scale : 0.0,
           sample[input] * spec_.input_scale, sample[input + 1] * spec_.output_scale};
+}
+
+std::uint64_t AxisMonitor::longest_stretch() const {
+  const auto first = identification::detail::first_stretch(empty_record(spec_), options_);
+  return static_cast<std::uint64_t>(first) << (kStretches - 1);
 }
 
 void AxisMonitor::begin_gathering() {
@@ -340,9 +344,13 @@ expected<void, Error> AxisMonitor::act(const Action& action, Output& out) {
     return tl::unexpected(Error{
         "sample", fmt::format("must be {}, the sample that comes next, found {}", next_, action.sample)});
   if (action.id <= last_action_) return {};
-  if (phase_ == Phase::learning)
+  if ((phase_ == Phase::learning) != (action.kind == ActionKind::gather))
     return tl::unexpected(Error{"sample", "the axis is just learning; try again in a moment"});
   last_action_ = action.id;
+  if (action.kind == ActionKind::gather) {
+    begin_gathering();
+    return {};
+  }
   if (action.kind == ActionKind::stop || action.kind == ActionKind::resume) {
     mark_stale(action.kind == ActionKind::stop, out);
     return {};

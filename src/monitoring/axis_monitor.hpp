@@ -99,6 +99,8 @@ class AxisMonitor {
   /// What the samples contradict.
   [[nodiscard]] const ScaleFinding& contradiction() const noexcept { return contradiction_; }
 
+  /// Samples that learning may go back at most: resume_sample() is no older.
+  [[nodiscard]] std::uint64_t longest_stretch() const;
   /// Sample from which on a snapshot taken now needs the samples again.
   [[nodiscard]] std::uint64_t resume_sample() const noexcept {
     const bool gathers = phase_ == Phase::gathering || phase_ == Phase::learning;
@@ -111,7 +113,7 @@ class AxisMonitor {
   static expected<AxisMonitor, Error> restore(AxisSpec spec, std::span<const std::byte> snapshot);
 
  private:
-  AxisMonitor(AxisSpec spec, AxisAlarmRules rules);
+  AxisMonitor(AxisSpec spec, const AxisAlarmRules& rules);
   using Sample = std::span<const double>;
 
   void gather(Sample sample);

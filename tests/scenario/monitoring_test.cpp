@@ -150,7 +150,11 @@ TEST(Monitoring, GivesFalseAlarmsAtTheStatedRate) {
   const Drive drive{told("RESONID_SOAK_RATE", 50.0)};
   const double life_h = std::max(10.0, std::min(100.0, interval_h));
   std::vector<Watch> all(static_cast<std::size_t>(std::ceil(hours / life_h)));
-  for_each(all.size(), [&](std::size_t i) { all[i] = watch(drive, life_h, interval_h, 1000 * (i + 100)); });
+  for_each(all.size(), [&](std::size_t i) {
+    all[i] = watch(drive, life_h, interval_h, 1000 * (i + 100));
+    if (life_h > 10.0) std::printf("installation %zu of %zu:%s\n", i + 1, all.size(), all[i].times.c_str());
+    std::fflush(stdout);
+  });
   Watch sum;
   int alarms = 0;
   for (const auto& w : all) {

@@ -34,7 +34,7 @@ constexpr int kLearningNice = 5;            // learning may wait, following may 
 
 std::string local_time_text(std::int64_t ns) {
   const auto seconds = static_cast<std::time_t>(ns / 1'000'000'000);
-  return fmt::format("{:%Y-%m-%d %H:%M:%S}", fmt::localtime(seconds));
+  return fmt::format("{:%Y-%m-%d %H:%M:%S %z}", fmt::localtime(seconds));
 }
 
 }  // namespace
@@ -171,10 +171,17 @@ class Engine::Impl {
       const double since = static_cast<double>(sample) - static_cast<double>(timing.sample);
       return timing.time_ns + std::llround(since * timing.interval_ns);
     }
-    std::vector<std::pair<std::size_t, std::pair<std::string, std::string>>> by;  // whose events those are
+    struct By {
+      std::size_t event = 0;
+      std::string who, reason;
+      std::uint64_t action = 0;
+    };
+    std::vector<By> by;  // whose events those are
     std::int64_t newest_ns = 0, processed_ns = 0, row_ns = 0;
     bool snapshot_useful = false, changed = false, silent = false;
-    std::atomic<bool> learning{false};  // a learner has it
+    std::atomic<bool> learning{false};  // a learner has it, or is to
+    std::uint64_t place = 0;            // among those that wait to learn; 0: it does not
+    Clock::time_point waits_since;
     std::atomic<std::uint64_t> stored{0};
     std::atomic<std::shared_ptr<const LiveAxis>> live;
     std::shared_ptr<const monitoring::ResponseCurve> curve;
@@ -221,10 +228,14 @@ class Engine::Impl {
   /// One axis' turn; samples taken.
   std::size_t advance(std::size_t index, Clock::time_point now) {
     Slot& s = *slots_[index];
-    if (s.learning.load(std::memory_order_acquire)) return 0;
+    if (s.learning.load(std::memory_order_acquire)) {
+      if (!waits_too_long(s, now) || !withdraw(s)) return 0;
+      act_as_service(s, {0, ActionKind::gather});
+    }
     release(s);
+    if (s.monitor.phase() == Phase::learning && gathered_then(s)) take_actions(s);
     if (s.monitor.phase() == Phase::learning) {
-      begin_learning(s);
+      begin_learning(s, now);
       return 0;
     }
     take_actions(s);
@@ -249,11 +260,12 @@ class Engine::Impl {
   }
 
   static std::size_t take_samples(Slot& s) {
-    const auto piece = s.ring->piece(s.position, most_samples(s));
+    const auto piece = s.ring->piece(s.position, kMostSamples);
     if (piece.samples == 0) return 0;
     if (piece.first_sample > s.monitor.next_sample())
       s.monitor.miss(piece.first_sample - s.monitor.next_sample());
-    const std::size_t taken = s.monitor.add(piece.values, s.out);
+    const std::size_t most = std::min(piece.samples, most_samples(s)) * s.ring->channels();
+    const std::size_t taken = s.monitor.add(piece.values.first(most), s.out);
     s.position = piece.position + taken;
     const double interval_ns =
         piece.interval_ns > 0.0 ? piece.interval_ns : kNs / s.monitor.spec().sample_rate_hz;
@@ -276,13 +288,33 @@ class Engine::Impl {
                      : kMostSamples;
   }
 
-  void begin_learning(Slot& s) {
+  void begin_learning(Slot& s, Clock::time_point now) {
+    s.waits_since = now;
     s.learning.store(true, std::memory_order_release);
     {
       const std::scoped_lock lock(learning_mutex_);
-      to_learn_.push_back(&s);
+      if (s.place == 0) s.place = ++places_;  // who gathered anew keeps it
+      const auto after = std::find_if(to_learn_.begin(), to_learn_.end(),
+                                      [&s](const Slot* other) { return other->place > s.place; });
+      to_learn_.insert(after, &s);
     }
     learning_.notify_one();
+  }
+  [[nodiscard]] bool waits_too_long(const Slot& s, Clock::time_point now) const {
+    return s.ring->end() - s.ring->read() > s.ring->settings().capacity / 2 &&
+           duration<double>(now - s.waits_since).count() >= options_.learning_patience_s;
+  }
+  /// Whether it was still waiting.
+  [[nodiscard]] bool withdraw(Slot& s) {
+    const std::scoped_lock lock(learning_mutex_);
+    const bool waited = std::erase(to_learn_, &s) > 0;
+    if (waited) s.learning.store(false, std::memory_order_release);
+    return waited;
+  }
+  /// Whether a former process came to the same here.
+  [[nodiscard]] static bool gathered_then(const Slot& s) {
+    return !s.replayed.empty() && s.replayed.front().action.kind == ActionKind::gather &&
+           s.replayed.front().action.sample == s.monitor.next_sample();
   }
   void learn() {
 #ifdef __linux__  // where it is the thread's alone
@@ -296,6 +328,7 @@ class Engine::Impl {
       to_learn_.pop_front();
       lock.unlock();
       s.monitor.learn();
+      s.place = 0;
       s.learning.store(false, std::memory_order_release);
       lock.lock();
     }
@@ -335,7 +368,7 @@ class Engine::Impl {
     const std::size_t before = s.out.events.size();
     if (!s.monitor.act(told.action, s.out)) return;
     for (std::size_t i = before; i < s.out.events.size(); ++i)
-      s.by.emplace_back(i, std::pair(told.who, told.reason));
+      s.by.push_back({i, told.who, told.reason, told.action.id});
     s.find_next_end();
     if (is_new) s.results.actions.push_back(std::move(told));
   }
@@ -397,13 +430,17 @@ class Engine::Impl {
     if (!s.out.rows.empty()) s.row_ns = s.time_of(s.out.rows.back().sample);
     for (std::size_t i = 0; i < s.out.events.size(); ++i) {
       const auto& event = s.out.events[i];
-      Results::TimedEvent timed{event, s.time_of(event.sample), s.time_of(event.since_sample), {}, {}, {}};
+      Results::TimedEvent timed;
+      timed.event = event;
+      timed.time_ns = s.time_of(event.sample);
+      timed.since_ns = s.time_of(event.since_sample);
       monitoring::AlarmWords words;
       words.time = [&](std::uint64_t sample) { return options_.time_text(s.time_of(sample)); };
       words.linear = s.monitor.spec().motion == data::Motion::linear;
       timed.text = monitoring::alarm_text(event, words);
-      for (const auto& [at, by] : s.by)
-        if (at == i) std::tie(timed.who, timed.reason) = by;
+      for (const auto& by : s.by)
+        if (by.event == i)
+          std::tie(timed.who, timed.reason, timed.action) = std::tie(by.who, by.reason, by.action);
       s.results.events.push_back(std::move(timed));
     }
     s.by.clear();
@@ -498,7 +535,8 @@ class Engine::Impl {
   std::atomic<std::int64_t> busy_ns_{0};
   std::mutex learning_mutex_;
   std::condition_variable learning_;
-  std::deque<Slot*> to_learn_;
+  std::deque<Slot*> to_learn_;  // by their places
+  std::uint64_t places_ = 0;
 };
 
 Engine::Engine(std::vector<Axis> axes, EngineOptions options)

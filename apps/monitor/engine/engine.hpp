@@ -57,7 +57,8 @@ struct Results {
     monitoring::AlarmEvent event;
     std::int64_t time_ns = 0, since_ns = 0;
     std::string text;
-    std::string who, reason;  ///< Where a person's action led to it.
+    std::string who, reason;   ///< Where an action led to it.
+    std::uint64_t action = 0;  ///< Its id; 0: samples led to it.
   };
   struct Snapshot {
     std::uint64_t sample = 0, position = 0;
@@ -75,6 +76,9 @@ struct EngineOptions {
   double snapshot_every_s = 10.0;  ///< Of each axis; sooner where its ring fills.
   double stale_s = 3.0;            ///< Without samples for so long an axis is stale.
   double first_sample_s = 60.0;    ///< The same before its very first one: who watches may come first.
+  /// An axis that has waited for its turn to learn for so long, and whose ring is half full, takes newer
+  /// samples instead of making its source wait.
+  double learning_patience_s = 5.0;
   double publish_every_s = 0.05, curve_every_s = 0.5;
   /// How a UNIX time in ns is written in the texts of alarms; empty: as local date and time.
   std::function<std::string(std::int64_t)> time_text = {};

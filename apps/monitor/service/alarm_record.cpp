@@ -64,7 +64,7 @@ bool AlarmRecords::add(const std::string& axis, double sample_rate_hz, const Res
   const auto& state = e.state;
   const std::string alarm = monitoring::alarm_name(e.alarm);
   const std::string transition(name_of(e.transition));
-  if (replayed_.erase({axis, e.sample, alarm, transition}) > 0) return false;
+  if (replayed_.erase({axis, e.sample, alarm, transition, timed.action}) > 0) return false;
   const std::string id = std::to_string(alarm_number(axis, e.alarm, state.raised_sample));
   const bool tells = e.transition == Transition::raised || e.transition == Transition::realarmed;
   Json json = words_.count(id) > 0 && !tells ? Json::parse(words_[id]) : words_of(timed);
@@ -108,7 +108,8 @@ bool AlarmRecords::add(const std::string& axis, double sample_rate_hz, const Res
                     (state.acknowledged ? ", acknowledged" : ", not acknowledged") +
                     (state.latched ? ", latched" : "") + (shelved ? ", shelved" : "") +
                     (state.suppressed != 0 ? ", suppressed" : "");
-  batch.events.push_back({axis, e.sample, alarm, transition, id, timed.time_ns, timed.text, told.dump()});
+  batch.events.push_back(
+      {axis, e.sample, alarm, transition, id, timed.time_ns, timed.text, told.dump(), timed.action});
   return true;
 }
 

@@ -30,8 +30,8 @@ class AlarmRecords {
   bool add(const std::string& axis, double sample_rate_hz, const Results::TimedEvent& event, Batch& batch);
 
  private:
-  using Key = std::tuple<std::string, std::uint64_t, std::string, std::string>;
-  static Key key_of(const EventRecord& e) { return {e.axis, e.sample, e.alarm, e.transition}; }
+  using Key = std::tuple<std::string, std::uint64_t, std::string, std::string, std::uint64_t>;
+  static Key key_of(const EventRecord& e) { return {e.axis, e.sample, e.alarm, e.transition, e.action}; }
 
   std::set<Key> replayed_;
   std::map<std::string, std::string> words_;  // JSON by id, of alarms that are not done with

@@ -53,6 +53,10 @@ class TableCheck {
       note(key, fine.error().requirement.str());
     return *this;
   }
+  TableCheck& listening(const char* key, const std::string& text, bool sockets) {
+    if (const auto fine = monitor::listening(text, sockets); !fine) note(key, fine.error().requirement.str());
+    return *this;
+  }
   TableCheck& pair(const char* first, bool has_first, const char* second, bool has_second) {
     if (has_first && !has_second) note(first, fmt::format("must be given together with {}", second));
     if (has_second && !has_first) note(second, fmt::format("must be given together with {}", first));
@@ -118,8 +122,21 @@ expected<Endpoint, Error> endpoint(std::string_view text, std::uint16_t least_po
   return Endpoint{std::string(host), static_cast<std::uint16_t>(*port)};
 }
 
+expected<Endpoint, Error> listening(std::string_view text, bool sockets) {
+  constexpr std::string_view kSocket = "unix:/";
+  if (sockets && text.starts_with(kSocket) && text.size() > kSocket.size())
+    return Endpoint{std::string(text), 0};
+  auto at = endpoint(text.starts_with(':') ? "[::]" + std::string(text) : std::string(text));
+  if (!at)
+    return refuse("",
+                  fmt::format("found {}, required HOST:PORT with a port 1 ... 65535, [IPV6]:PORT, :PORT for "
+                              "all interfaces{}",
+                              io::in_quotes(text), sockets ? ", or unix:/PATH" : ""));
+  return at;
+}
+
 bool Endpoint::is_loopback() const {
-  return host == "localhost" || host == "::1" || host.starts_with("127.");
+  return host.starts_with("unix:") || host == "localhost" || host == "::1" || host.starts_with("127.");
 }
 
 expected<void, Error> check(const MonitorConfig& c) {
@@ -187,12 +204,12 @@ expected<void, Error> check(const SourceConfig& c) {
       break;
     case SourceKind::tcp:
       t.given("address", c.connection.address)
-          .endpoint("address", c.connection.address)
+          .listening("address", c.connection.address, true)
           .range("connections", c.connections, 1, 10'000);
       break;
     case SourceKind::udp:
       t.given("address", c.connection.address)
-          .endpoint("address", c.connection.address)
+          .listening("address", c.connection.address, false)
           .range("receive_buffer_bytes", c.receive_buffer_bytes, 10'000, 1'000'000'000);
       break;
     case SourceKind::mqtt:

@@ -204,11 +204,13 @@ void describe(Visitor&& v, SourceConfig& c) {
         "whether what the file holds at the very first start is read, else what is appended from then on");
       break;
     case SourceKind::tcp:
-      v("address", c.connection.address, "HOST:PORT to listen at");
+      v("address", c.connection.address,
+        "HOST:PORT to listen at, :PORT for all interfaces; tcp: or unix:/PATH");
       v("connections", c.connections, "clients at once, 1 ... 10000");
       break;
     case SourceKind::udp:
-      v("address", c.connection.address, "HOST:PORT to listen at");
+      v("address", c.connection.address,
+        "HOST:PORT to listen at, :PORT for all interfaces; tcp: or unix:/PATH");
       v("receive_buffer_bytes", c.receive_buffer_bytes, "buffer of the socket, 1e4 ... 1e9 (bytes)");
       break;
     case SourceKind::mqtt:
@@ -389,6 +391,10 @@ struct Endpoint {
 };
 /// `least_port`: 0 where any free port will do.
 [[nodiscard]] expected<Endpoint, Error> endpoint(std::string_view text, std::uint16_t least_port = 1);
+
+/// Where a source listens: HOST:PORT, :PORT for all interfaces (host ::), with `sockets` also unix:/PATH (all
+/// of it the host, port 0).
+[[nodiscard]] expected<Endpoint, Error> listening(std::string_view text, bool sockets);
 
 /// The first line of a regular file, without white space around it. Errors: no such file, not readable,
 /// shorter than `least` characters. Messages never tell what it holds.

@@ -131,7 +131,7 @@ class Checker {
 
   /// A port that is listened at; addresses of one machine may stand for one another.
   void port(const std::string& field, const std::string& protocol, const std::string& address) {
-    const auto place = endpoint(address, 0);
+    const auto place = address.starts_with(':') ? listening(address, false) : endpoint(address, 0);
     if (!place || place->port == 0) return;
     const std::string who = ports_.claim(fmt::format("{} {}", protocol, place->port), field);
     if (!who.empty())
@@ -198,7 +198,8 @@ class Checker {
       case SourceKind::tcp:
       case SourceKind::udp: {
         port(path + ".address", s.kind == SourceKind::tcp ? "TCP" : "UDP", s.connection.address);
-        if (const auto place = endpoint(s.connection.address); place && !place->is_loopback())
+        if (const auto place = listening(s.connection.address, s.kind == SourceKind::tcp);
+            place && !place->is_loopback())
           warn(path + ".address", "is open to everybody who reaches this machine: they can send samples");
         return;
       }

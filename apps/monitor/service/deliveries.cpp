@@ -168,8 +168,8 @@ void Deliveries::queue(const AlarmRecord& alarm, const EventRecord& event, std::
                        Batch& batch) const {
   if (lines_.empty()) return;
   const std::string body = web::notice_json(alarm_of(alarm), event_of(event));
-  const std::string key =
-      fmt::format("{}:{}:{}:{}", installation_, event.alarm_id, event.sample, event.transition);
+  std::string key = fmt::format("{}:{}:{}:{}", installation_, event.alarm_id, event.sample, event.transition);
+  if (event.action != 0) key += fmt::format(":{}", event.action);
   for (const auto& line : lines_)
     batch.outbox.push_back({line->target.name + "/" + key, line->target.name, body, time_ns});
 }

@@ -259,6 +259,7 @@ expected<Installation, Error> installation_of(const Configuration& configuration
                        m.certificate_file.empty() ? "" : configuration.file(m.certificate_file).string(),
                        m.key_file.empty() ? "" : configuration.file(m.key_file).string()};
   all.web.host_names = m.host_names;
+  all.web.host_names.push_back(at->host);  // the address that is told at the start must answer
   all.web.write_token = token_of(configuration, m.write_token_file);
   all.web.read_token = token_of(configuration, m.read_token_file);
   auto specs = axis_specs(configuration);
@@ -271,7 +272,10 @@ expected<Installation, Error> installation_of(const Configuration& configuration
     axis.channel = c.channel;
     axis.ring_s = c.ring_s;
     axis.configuration = learning_text(configuration, spec.name);
-    axis.controller = c.controller;
+    // For a command that is run elsewhere.
+    const bool in_words =
+        c.controller.empty() || c.controller.starts_with("pi:") || c.controller.starts_with('{');
+    axis.controller = in_words ? c.controller : configuration.file(c.controller).string();
     axis.spec = std::move(spec);
     all.axes.push_back(std::move(axis));
   }

@@ -37,16 +37,39 @@ auto no(Problem::Kind kind, std::string field, std::string message) {
 }
 auto broken(const StoreError& error) { return no(Problem::Kind::unavailable, "store", error.text); }
 
-web::AxisState state_of(const LiveAxis& live) {
-  if (live.stale) return web::AxisState::stale;
+web::AxisState state_of(const LiveAxis& live, const Intake& intake) {
+  if (live.stale) return intake.refusal().empty() ? web::AxisState::stale : web::AxisState::refused;
   if (live.phase == Phase::following) return web::AxisState::following;
   if (live.next_sample == 0 || live.phase == Phase::resting) return web::AxisState::waiting;
   return web::AxisState::learning;
 }
 
 /// Why a row is not trusted, in words.
-std::string why(const LiveAxis& live) {
+/// Why an alarm in this state cannot be treated so.
+std::optional<Problem> refusal_of(monitoring::ActionKind kind, const monitoring::AlarmState& alarm,
+                                  std::optional<double> seconds, double longest_s) {
+  using K = monitoring::ActionKind;
+  const auto conflict = [](const char* why) { return Problem{Problem::Kind::conflict, "id", why}; };
+  if (kind == K::acknowledge && alarm.acknowledged) return conflict("the alarm is acknowledged already");
+  if (kind == K::unshelve && alarm.shelving == monitoring::Shelving::none)
+    return conflict("the alarm is not shelved");
+  if (kind == K::reset && !alarm.latched)
+    return conflict("the alarm is not latched: it ends by itself once it has cleared");
+  if (kind == K::reset && !alarm.acknowledged) return conflict("the alarm must be acknowledged first");
+  if (kind == K::shelve && seconds && *seconds <= 0.0)
+    return Problem{Problem::Kind::invalid, "until", "the end of shelving must lie ahead"};
+  if (kind == K::shelve && seconds && *seconds > longest_s)
+    return Problem{Problem::Kind::invalid, "until",
+                   fmt::format("the end of shelving lies {:.1f} h ahead; at most {:.1f} h are required "
+                               "(longest_shelving_s of the alarm)",
+                               *seconds / 3600.0, longest_s / 3600.0)};
+  return std::nullopt;
+}
+
+std::string why(const LiveAxis& live, const Intake& intake) {
   using V = online::AxisVerdict;
+  if (live.stale || live.next_sample == 0)
+    if (const auto refusal = intake.refusal(); !refusal.empty()) return "what comes is refused: " + refusal;
   if (live.stale) return "no samples come";
   if (live.phase != Phase::following) {
     if (!live.reason.empty()) return live.reason;
@@ -87,6 +110,8 @@ web::AlarmChange change_of(const Json& json) {
 bool is_among(const AlarmRecord& record, const web::AlarmQuestion& q) {
   if (!q.axis.empty() && q.axis != record.axis) return false;
   switch (q.state) {
+    case web::AlarmFilter::open:
+      return record.open;
     case web::AlarmFilter::active:
       return record.open && record.active;
     case web::AlarmFilter::unacknowledged:
@@ -170,14 +195,23 @@ Answer<std::size_t> LiveBackend::index_of(const std::string& axis) const {
   return no(Problem::Kind::not_found, "axis", fmt::format("there is no axis '{}'", axis));
 }
 
+/// The least over its alarms.
+double LiveBackend::longest_shelving_s(std::size_t index) const {
+  auto least = std::numeric_limits<std::uint64_t>::max();
+  for (std::size_t i = 0; i < monitoring::kAlarms; ++i)
+    if (const auto& rules = rules_[index][AlarmId::of(i)]; rules.enabled)
+      least = std::min(least, rules.longest_shelving);
+  return static_cast<double>(least) / axes_[index].installed->spec.sample_rate_hz;
+}
+
 web::AxisStatus LiveBackend::status_of(std::size_t index, const LiveAxis& live) const {
   const Axis& axis = axes_[index];
   web::AxisStatus s;
   s.name = axis.installed->spec.name;
-  s.state = state_of(live);
+  s.state = state_of(live, *axis.intake);
   s.trusted = live.row.trusted && !live.stale && live.phase == Phase::following;
   s.verdict = live.row.verdict;
-  s.why = why(live);
+  s.why = why(live, *axis.intake);
   s.motion = axis.installed->spec.motion;
   const std::int64_t now = now_ns();
   if (live.row_ns != 0) {
@@ -186,8 +220,14 @@ web::AxisStatus LiveBackend::status_of(std::size_t index, const LiveAxis& live) 
   }
   if (live.newest_ns != 0) {
     // A sender's clock may be ahead of ours.
-    s.age_s = std::max(0.0, seconds(now - live.newest_ns));
     s.latency_s = std::max(0.0, seconds(live.processed_ns - live.newest_ns));
+    const std::int64_t arrived = axis.intake->arrived_ns();
+    const double told_s = seconds(now - live.newest_ns),
+                 here_s = arrived != 0 ? seconds(now - arrived) : told_s;
+    if (live.phase != Phase::following)  // samples wait while it learns
+      s.age_s = std::max(0.0, here_s);
+    else
+      s.age_s = std::max({0.0, told_s, live.stale ? here_s : 0.0});
   }
   s.rate_hz = axis.installed->spec.sample_rate_hz;
   s.sample = live.row.sample;
@@ -247,6 +287,11 @@ Answer<web::AxisDetail> LiveBackend::axis(const std::string& name) const {
   d.estimator.gates = live->row.gates;
   if (live->learned_s > 0.0) d.estimator.learned_s = live->learned_s;
   d.estimator.start = live->start;
+  d.longest_shelving_s = longest_shelving_s(*index);
+  const auto oldest = oldest_sample(*axes_[*index].ring);
+  if (oldest < live->next_sample && live->newest_ns != 0)
+    d.raw_from_time_s = seconds(live->newest_ns) -
+                        static_cast<double>(live->next_sample - 1 - oldest) / installed.spec.sample_rate_hz;
   d.loop.controller = installed.controller;
   d.loop.delay_s = installed.spec.track.common.delay_s;
   const auto& e = live->estimate;
@@ -269,7 +314,8 @@ Answer<web::AxisResponse> LiveBackend::response(const std::string& axis) const {
   if (!index) return tl::unexpected(index.error());
   const auto live = engine_.live(*index);
   if (!live->curve || live->curve->frequency_hz.empty())
-    return no(Problem::Kind::unavailable, "axis", "nothing is known of its response yet: " + why(*live));
+    return no(Problem::Kind::unavailable, "axis",
+              "nothing is known of its response yet: " + why(*live, *axes_[*index].intake));
   const auto& c = *live->curve;
   const auto curve = [](const std::vector<double>& frequency_hz,
                         const std::vector<std::complex<double>>& values, const std::vector<double>& std) {
@@ -334,7 +380,13 @@ Answer<std::string> LiveBackend::raw(const std::string& axis, double from_s, dou
     const double sample = static_cast<double>(live->next_sample) - 1.0 - (newest_s - time_s) * rate_hz;
     return static_cast<std::uint64_t>(std::max(0.0, std::ceil(sample)));
   };
-  return raw_csv(*axes_[*index].ring, *axes_[*index].installed, sample_of(from_s), sample_of(to_s));
+  auto text = raw_csv(*axes_[*index].ring, *axes_[*index].installed, sample_of(from_s), sample_of(to_s));
+  if (text.empty())
+    return no(
+        Problem::Kind::not_found, "from",
+        fmt::format("no samples of this time are kept: the newest {:.0f} s are",
+                    static_cast<double>(live->next_sample - oldest_sample(*axes_[*index].ring)) / rate_hz));
+  return text;
 }
 
 Answer<web::Comparison> LiveBackend::compare(const std::string& axis, double a_time_s,
@@ -361,10 +413,7 @@ Answer<web::Comparison> LiveBackend::compare(const std::string& axis, double a_t
 }
 
 std::vector<web::Alarm> LiveBackend::alarms(const web::AlarmQuestion& q) const {
-  AlarmFilter filter = AlarmFilter::all;
-  if (q.state == web::AlarmFilter::active) filter = AlarmFilter::active;
-  if (q.state == web::AlarmFilter::unacknowledged) filter = AlarmFilter::unacknowledged;
-  if (q.state == web::AlarmFilter::shelved) filter = AlarmFilter::shelved;
+  const AlarmFilter filter = from_name<AlarmFilter>(name_of(q.state)).value_or(AlarmFilter::all);
   const auto axis = q.axis.empty() ? std::nullopt : std::optional(q.axis);
   const std::size_t limit = std::max<std::uint32_t>(1, q.limit);
   const auto unwritten = recorder_.status().unwritten;
@@ -426,8 +475,15 @@ Answer<std::string> LiveBackend::report(std::uint64_t alarm) const {
   const auto index = index_of(record->axis);
   if (!index) return tl::unexpected(index.error());
   if (const auto text = evidence(alarm); !text) return text;
-  auto page = evidence_report(*axes_[*index].installed,
-                              installation_.data / "evidence" / fmt::format("{}.csv", alarm));
+  const auto csv = installation_.data / "evidence" / fmt::format("{}.csv", alarm);
+  auto html = csv;
+  html.replace_extension(".html");
+  if (auto made = file_text(html); !made.empty()) return made;
+  // It takes all of a core for seconds: one at a time, so that the others who answer are free.
+  const std::unique_lock one(report_mutex_, std::try_to_lock);
+  if (!one.owns_lock())
+    return no(Problem::Kind::unavailable, "id", "another report is being made; try again in half a minute");
+  auto page = evidence_report(*axes_[*index].installed, csv);
   if (!page) return no(Problem::Kind::unavailable, "id", "its raw samples show no result: " + page.error());
   return std::move(*page);
 }
@@ -550,10 +606,12 @@ Answer<void> LiveBackend::act(const web::Action& action) {
       action.alarm != alarm_number(axis, alarm, live->alarms[alarm.index()].raised_sample))
     return no(Problem::Kind::conflict, "id",
               "the alarm was raised again since, which is an alarm of its own");
-  if (kind == K::acknowledge && live->alarms[alarm.index()].acknowledged)
-    return no(Problem::Kind::conflict, "id", "the alarm is acknowledged already");
   std::optional<double> seconds_from_now;
   if (std::isfinite(action.until_time_s)) seconds_from_now = action.until_time_s - seconds(now_ns());
+  if (kind < K::maintenance)
+    if (auto refused =
+            refusal_of(kind, live->alarms[alarm.index()], seconds_from_now, longest_shelving_s(*index)))
+      return tl::unexpected(std::move(*refused));
   if (const auto done = engine_.act(*index, kind, alarm, seconds_from_now, action.who, action.reason); !done)
     return no(Problem::Kind::unavailable, "axis", done.error().requirement.str());
   return {};

@@ -54,13 +54,14 @@ class LiveBackend : public web::Backend {
 
  private:
   [[nodiscard]] web::Answer<std::size_t> index_of(const std::string& axis) const;
+  [[nodiscard]] double longest_shelving_s(std::size_t index) const;
   [[nodiscard]] web::AxisStatus status_of(std::size_t index, const LiveAxis& live) const;
   [[nodiscard]] web::Answer<AlarmRecord> record_of(std::uint64_t alarm) const;
 
   const Installation& installation_;
   Engine& engine_;
   const Recorder& recorder_;
-  mutable std::mutex reader_mutex_;
+  mutable std::mutex reader_mutex_, report_mutex_;
   mutable Reader reader_;
   std::vector<Axis> axes_;
   std::vector<RunningSource> sources_;

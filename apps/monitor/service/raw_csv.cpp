@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <string_view>
@@ -11,6 +12,8 @@
 
 namespace resonid::monitor {
 namespace {
+
+constexpr double kOverwritten_s = 1.0;
 
 /// A text as one word of a shell.
 std::string word(const std::string& text) {
@@ -49,8 +52,18 @@ std::string identify_options(const InstalledAxis& axis) {
   return options;
 }
 
+std::uint64_t oldest_sample(const Ring& ring) {
+  const auto oldest = ring.piece(ring.begin(), 1);
+  return oldest.samples > 0 ? oldest.first_sample : ring.next_sample();
+}
+
 std::string raw_csv(const Ring& ring, const InstalledAxis& axis, std::uint64_t from, std::uint64_t to) {
   std::string text;
+  // Not the very oldest ones, which may be overwritten while they are copied.
+  if (const std::uint64_t oldest = oldest_sample(ring); from < oldest)
+    from = oldest + static_cast<std::uint64_t>(kOverwritten_s * axis.spec.sample_rate_hz);
+  to = std::min(to, ring.next_sample());
+  if (from >= to) return text;
   const auto out = std::back_inserter(text);
   fmt::format_to(out, "# axis {}, samples {} to {}; resonid identify THIS.csv --time t_s {}\nt_s",
                  axis.spec.name, from, to, identify_options(axis));
@@ -61,7 +74,10 @@ std::string raw_csv(const Ring& ring, const InstalledAxis& axis, std::uint64_t f
   std::uint64_t at = ring.position_of(from);
   while (at < ring.end()) {
     const auto piece = ring.copy(at, 4096, values);
-    if (piece.samples == 0) break;
+    if (piece.samples == 0) {  // overwritten meanwhile: what follows is a gap
+      at = std::max(at + 1, ring.begin());
+      continue;
+    }
     for (std::size_t k = 0; k < piece.samples; ++k) {
       const std::uint64_t sample = piece.first_sample + k;
       if (sample >= to) return text;

@@ -24,6 +24,7 @@ constexpr double kBefore_s = 30.0, kAfter_s = 5.0;  // of an alarm: its evidence
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr std::int64_t kEvidencePatience_ns = 60 * kSecond_ns;  // with a full disk
 constexpr std::size_t kMostReplayed = 100'000;                  // events
+constexpr std::int64_t kCopyFor_ns = 100'000'000;
 constexpr std::int64_t kRemoveEvidenceEvery_ns = 10 * kSecond_ns;
 
 /// A former process queued these, or has sent them.
@@ -202,7 +203,10 @@ void Recorder::gather(Batch& batch, std::vector<Results>& all) {
     if (r.snapshot) {
       batch.snapshots.push_back({spec.name, r.snapshot->sample, r.snapshot->position, installation_.version,
                                  axis.configuration_hash, std::move(r.snapshot->bytes)});
-      snapshots_.emplace_back(r.axis, r.snapshot->position);
+      snapshots_[r.axis] = r.snapshot->position;
+      const auto progress = axis.intake->progress();
+      batch.positions.push_back(
+          {spec.name, progress.next_sample, progress.sender_offset, progress.position.word});
     }
     if (const auto live = engine_.live(r.axis); live && live->memory_s > 0.0 && r.snapshot)
       batch.axes.push_back({spec.name, live->memory_s});
@@ -281,17 +285,20 @@ void Recorder::find_evidence() {
     const auto events = reader_.events(record.id, 1);
     if (!events || events->empty()) continue;
     const std::uint64_t raised = events->front().sample;
-    const auto oldest = axis->ring->piece(axis->ring->begin(), 1);
-    if (oldest.samples > 0 && oldest.first_sample <= raised)
+    if (oldest_sample(*axis->ring) <= raised)
       schedule_evidence(record.id, static_cast<std::size_t>(axis - axes_.begin()), raised);
   }
 }
 
+/// As much as a moment allows: rows and alarms wait meanwhile, and the ring has time.
 void Recorder::copy_evidence(Batch& batch, std::int64_t now, bool last) {
+  const std::int64_t begin = now_ns();
   std::erase_if(evidence_, [&](const Evidence& e) {
     const Axis& axis = axes_[e.axis];
     if (axis.ring->next_sample() < e.to && now < e.due_ns && !last) return false;
+    if (!last && now_ns() - begin > kCopyFor_ns) return false;
     const std::string text = raw_csv(*axis.ring, *axis.installed, e.from, e.to);
+    if (text.empty()) return true;  // the machine stood still for longer than the ring is
     const std::string name = e.alarm_id + ".csv";
     const auto written = io::write_file_atomically(folder_of_evidence() / name, text);
     if (written)

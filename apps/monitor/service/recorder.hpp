@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "monitor/engine/engine.hpp"
+#include "monitor/samples/intake.hpp"
 #include "monitor/samples/ring.hpp"
 #include "monitor/service/alarm_record.hpp"
 #include "monitor/service/deliveries.hpp"
@@ -31,6 +33,7 @@ class Recorder {
   struct Axis {
     const InstalledAxis* installed = nullptr;
     Ring* ring = nullptr;
+    const Intake* intake = nullptr;
     std::string configuration_hash;
     std::string begins_anew;          ///< Why nothing of a former process goes on; empty: it does.
     std::uint64_t replayed_from = 0;  ///< Events from here on come again where the store has them.
@@ -90,7 +93,7 @@ class Recorder {
   std::function<void(const AlarmRecord&)> told_;
   Batch first_;  // of the start
   Backlog backlog_;
-  std::vector<std::pair<std::size_t, std::uint64_t>> snapshots_;  // of the backlog: axis, position
+  std::map<std::size_t, std::uint64_t> snapshots_;  // of the backlog: axis, position
   std::vector<Evidence> evidence_;
   std::int64_t evidence_removed_ns_ = 0;
   std::atomic<bool> stopping_{false};

@@ -13,6 +13,7 @@
 
 #include "monitor/service/live_backend.hpp"
 #include "monitor/service/log.hpp"
+#include "monitor/service/raw_csv.hpp"
 #include "monitor/service/recorder.hpp"
 #include "monitor/service/watch.hpp"
 #include "monitor/store/reader.hpp"
@@ -24,6 +25,7 @@ namespace {
 using Json = nlohmann::json;
 constexpr std::size_t kMostReplayedActions = 100'000;
 constexpr std::size_t kMostKnownAlarms = 100'000;
+constexpr double kMeanwhile_s = 15.0;  // until a snapshot is stored
 
 Error store_error(const StoreError& error) { return Error{"data", error.text}; }
 
@@ -68,6 +70,19 @@ std::vector<Told> told_of(const std::vector<ActionRecord>& records) {
   return all;
 }
 
+/// Samples: what is configured, or what learning may need, beside what comes meanwhile.
+expected<std::uint64_t, Error> capacity_of(const InstalledAxis& axis) {
+  auto monitor = monitoring::AxisMonitor::create(axis.spec);
+  if (!monitor) {
+    monitor.error().where = "axis " + axis.spec.name;
+    return tl::unexpected(std::move(monitor.error()));
+  }
+  const double rate_hz = axis.spec.sample_rate_hz;
+  const auto samples = [rate_hz](double s) { return static_cast<std::uint64_t>(std::ceil(s * rate_hz)); };
+  return std::max(
+      {std::uint64_t{1024}, samples(axis.ring_s), 2 * monitor->longest_stretch() + samples(kMeanwhile_s)});
+}
+
 /// Events of the next sample come again only with an action that the snapshot has not seen.
 std::uint64_t replayed_from(const Engine::Axis& axis) {
   const std::uint64_t next = axis.monitor.next_sample();
@@ -104,8 +119,9 @@ struct Service::Parts {
       settings.axis = axis.spec.name;
       settings.channels = ring_channels(axis.columns);
       settings.sample_rate_hz = axis.spec.sample_rate_hz;
-      settings.capacity = std::max<std::uint64_t>(
-          1024, static_cast<std::uint64_t>(std::ceil(axis.ring_s * axis.spec.sample_rate_hz)));
+      const auto capacity = capacity_of(axis);
+      if (!capacity) return capacity.error();
+      settings.capacity = *capacity;
       bool renewed = false;
       auto ring =
           Ring::open_or_renew(installation.data / "rings" / (axis.spec.name + ".ring"), settings, renewed);
@@ -123,6 +139,22 @@ struct Service::Parts {
     return std::nullopt;
   }
 
+  /// A ring that was removed, or that a power cut threw back, goes on where the store knows it to have been:
+  /// what it lacks is a gap.
+  std::optional<Error> catch_up(Reader& reader, std::size_t i, std::uint64_t snapshot_sample) {
+    const auto stored = reader.position(installation.axes[i].spec.name);
+    if (!stored) return store_error(stored.error());
+    Ring& ring = *rings[i];
+    PositionRecord at{{}, snapshot_sample, ring.sender_offset(), ring.source().word};
+    if (*stored && (*stored)->next_sample >= snapshot_sample) at = **stored;
+    if (ring.next_sample() >= at.next_sample) return std::nullopt;
+    say(LogLevel::warning, "axis {}: its ring of raw samples lacks the samples {} to {}, which are a gap",
+        installation.axes[i].spec.name, ring.next_sample(), at.next_sample);
+    ring.put_anchor(at.next_sample, std::nullopt);
+    ring.commit({at.word}, at.sender_offset);
+    return std::nullopt;
+  }
+
   void begin_anew(std::size_t i, std::string why) {
     say(LogLevel::warning, "axis {} begins anew: {}", installation.axes[i].spec.name, why);
     beginnings[i].anew = std::move(why);
@@ -135,10 +167,7 @@ struct Service::Parts {
     if (!stored) return tl::unexpected(store_error(stored.error()));
     if (*stored) {
       const auto& s = (*stored)->snapshot;
-      if (rings[i]->next_sample() == 0 && s.sample > 0) {  // a ring that was removed counts on
-        rings[i]->put_anchor(s.sample, std::nullopt);
-        rings[i]->commit({});
-      }
+      if (auto fault = catch_up(reader, i, s.sample)) return tl::unexpected(std::move(*fault));
       auto monitor = monitoring::AxisMonitor::restore(axis.spec, s.bytes);
       if (!monitor)
         begin_anew(i, fmt::format("its snapshot {}", monitor.error().requirement.view()));
@@ -161,8 +190,7 @@ struct Service::Parts {
     Engine::Axis begun{std::move(*monitor), rings[i].get(), {}};
     if (*stored) return begun;
     // Killed before its first snapshot it goes on where its first sample is still there.
-    const auto oldest = rings[i]->piece(rings[i]->begin(), 1);
-    if (oldest.samples > 0 && oldest.first_sample == 0) {
+    if (rings[i]->next_sample() > 0 && oldest_sample(*rings[i]) == 0) {
       auto actions = reader.actions(axis.spec.name, 0, kMostReplayedActions);
       if (!actions) return tl::unexpected(store_error(actions.error()));
       begun.actions = told_of(*actions);
@@ -209,8 +237,8 @@ struct Service::Parts {
     std::vector<Recorder::Axis> recorded;
     std::vector<LiveBackend::Axis> live;
     for (std::size_t i = 0; i < rings.size(); ++i) {
-      recorded.push_back({&installation.axes[i], rings[i].get(), hashes[i], beginnings[i].anew,
-                          beginnings[i].replayed_from});
+      recorded.push_back({&installation.axes[i], rings[i].get(), intakes[i].get(), hashes[i],
+                          beginnings[i].anew, beginnings[i].replayed_from});
       live.push_back({&installation.axes[i], rings[i].get(), intakes[i].get(), hashes[i]});
     }
     recorder = std::make_unique<Recorder>(std::move(*store), std::move(*recorders_reader), *engine,

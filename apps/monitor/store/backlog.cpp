@@ -36,7 +36,7 @@ void Backlog::add(Batch&& batch) {
   append(batch_.configurations, std::move(batch.configurations));
   append(batch_.rows, std::move(batch.rows));
   append_newest(batch_.snapshots, std::move(batch.snapshots), &SnapshotRecord::axis);
-  append_newest(batch_.positions, std::move(batch.positions), &PositionRecord::source);
+  append_newest(batch_.positions, std::move(batch.positions), &PositionRecord::axis);
   append(batch_.alarms, std::move(batch.alarms));
   append(batch_.events, std::move(batch.events));
   append(batch_.actions, std::move(batch.actions));

@@ -57,15 +57,15 @@ std::vector<ActionRecord> actions_of(Query& query) {
 }
 
 constexpr std::string_view kEventColumns =
-    "SELECT name, sample, alarm, transition, alarm_id, time_ns, text, json FROM events JOIN axes ON axes.id "
-    "= "
-    "axis ";
+    "SELECT name, sample, alarm, transition, alarm_id, time_ns, text, json, action FROM events "
+    "JOIN axes ON axes.id = axis ";
 
 std::vector<EventRecord> events_of(Query& query) {
   std::vector<EventRecord> events;
   while (query.next())
     events.push_back({query.text(0), unsigned_of(query.integer(1)), query.text(2), query.text(3),
-                      query.text(4), query.integer(5), query.text(6), query.text(7)});
+                      query.text(4), query.integer(5), query.text(6), query.text(7),
+                      unsigned_of(query.integer(8))});
   return events;
 }
 
@@ -79,6 +79,8 @@ std::string_view condition_of(AlarmFilter filter) {
       return "open AND NOT acknowledged ";
     case AlarmFilter::shelved:
       return "open AND shelved_until_ns IS NOT NULL ";
+    case AlarmFilter::cleared:
+      return "NOT active ";
     case AlarmFilter::all:
       break;
   }
@@ -150,12 +152,17 @@ expected<std::optional<StoredSnapshot>, StoreError> Reader::snapshot(std::string
   });
 }
 
-expected<std::optional<PositionRecord>, StoreError> Reader::position(std::string_view source) {
+expected<std::optional<PositionRecord>, StoreError> Reader::position(std::string_view axis) {
   return impl_->read([&]() -> std::optional<PositionRecord> {
-    Query query(impl_->connection, "SELECT w0, w1, w2, w3 FROM positions WHERE source = ?", source);
+    Query query(impl_->connection,
+                "SELECT next_sample, sender_offset, w0, w1, w2, w3 FROM positions "
+                "WHERE axis = (SELECT id FROM axes WHERE name = ?)",
+                axis);
     if (!query.next()) return std::nullopt;
-    PositionRecord position{std::string(source), {}};
-    for (int i = 0; i < 4; ++i) position.word[static_cast<std::size_t>(i)] = unsigned_of(query.integer(i));
+    PositionRecord position{
+        std::string(axis), unsigned_of(query.integer(0)), unsigned_of(query.integer(1)), {}};
+    for (int i = 0; i < 4; ++i)
+      position.word[static_cast<std::size_t>(i)] = unsigned_of(query.integer(2 + i));
     return position;
   });
 }
@@ -239,7 +246,8 @@ expected<std::vector<EventRecord>, StoreError> Reader::events_from(std::string_v
 
 expected<std::vector<ActionRecord>, StoreError> Reader::audit(std::size_t limit) {
   return impl_->read([&] {
-    Query query(impl_->connection, std::string(kActionColumns) + "ORDER BY actions.id DESC LIMIT ?",
+    Query query(impl_->connection,
+                std::string(kActionColumns) + "WHERE kind <> 'gather' ORDER BY actions.id DESC LIMIT ?",
                 sql_limit(limit));
     return actions_of(query);
   });

@@ -80,12 +80,11 @@ struct StoredMessage {
   std::string text;  ///< Why the last try failed.
 };
 
-enum class AlarmFilter : std::uint8_t { all, open, active, unacknowledged, shelved };
-inline constexpr EnumName<AlarmFilter> kAlarmFilterNames[] = {{AlarmFilter::all, "all"},
-                                                              {AlarmFilter::open, "open"},
-                                                              {AlarmFilter::active, "active"},
-                                                              {AlarmFilter::unacknowledged, "unacknowledged"},
-                                                              {AlarmFilter::shelved, "shelved"}};
+enum class AlarmFilter : std::uint8_t { all, open, active, unacknowledged, shelved, cleared };
+inline constexpr EnumName<AlarmFilter> kAlarmFilterNames[] = {
+    {AlarmFilter::all, "all"},         {AlarmFilter::open, "open"},
+    {AlarmFilter::active, "active"},   {AlarmFilter::unacknowledged, "unacknowledged"},
+    {AlarmFilter::shelved, "shelved"}, {AlarmFilter::cleared, "cleared"}};
 [[nodiscard]] constexpr std::span<const EnumName<AlarmFilter>> enum_names(AlarmFilter) noexcept {
   return kAlarmFilterNames;
 }
@@ -106,7 +105,7 @@ class Reader {
   [[nodiscard]] expected<std::optional<StoredConfiguration>, StoreError> configuration(std::string_view hash);
   /// The newest that is whole.
   [[nodiscard]] expected<std::optional<StoredSnapshot>, StoreError> snapshot(std::string_view axis);
-  [[nodiscard]] expected<std::optional<PositionRecord>, StoreError> position(std::string_view source);
+  [[nodiscard]] expected<std::optional<PositionRecord>, StoreError> position(std::string_view axis);
   /// From a sample on, in the order in which they act: by sample, then as recorded.
   [[nodiscard]] expected<std::vector<ActionRecord>, StoreError> actions(std::string_view axis,
                                                                         std::uint64_t from_sample,

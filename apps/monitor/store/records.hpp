@@ -40,10 +40,12 @@ struct SnapshotRecord {
   std::vector<std::byte> bytes;
 };
 
-/// How far a source has been read; the last one written counts.
+/// Where an axis' ring stood: after a power cut, which it does not survive, source and count go on from here.
+/// The last one written counts.
 struct PositionRecord {
-  std::string source;
-  std::array<std::uint64_t, 4> word{};
+  std::string axis;
+  std::uint64_t next_sample = 0, sender_offset = 0;
+  std::array<std::uint64_t, 4> word{};  ///< How far the source had been read.
 };
 
 /// State of an alarm after `sample`. An older state than the stored one changes nothing.
@@ -71,6 +73,7 @@ struct EventRecord {
   std::string alarm_id;
   std::int64_t time_ns = 0;
   std::string text, json;
+  std::uint64_t action = 0;  ///< That led to it, which may do so again before the next sample; 0: samples.
 };
 
 /// What a person or the service did, as an input of the engine: replay reads them in this order again.

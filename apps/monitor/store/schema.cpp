@@ -25,7 +25,6 @@ CREATE TABLE snapshots (
   axis INTEGER NOT NULL, slot INTEGER NOT NULL, sample INTEGER NOT NULL,
   position INTEGER NOT NULL, version TEXT NOT NULL, configuration TEXT NOT NULL, crc INTEGER NOT NULL,
   data BLOB NOT NULL, UNIQUE (axis, slot));
-CREATE TABLE positions (source TEXT PRIMARY KEY, w0 INTEGER, w1 INTEGER, w2 INTEGER, w3 INTEGER) WITHOUT ROWID;
 CREATE TABLE fresh (
   id INTEGER PRIMARY KEY, axis INTEGER NOT NULL, time_ns INTEGER NOT NULL, sample INTEGER NOT NULL,
   data BLOB NOT NULL);
@@ -48,11 +47,6 @@ CREATE TABLE alarms (
 CREATE INDEX alarms_by_time ON alarms (raised_ns);
 CREATE INDEX alarms_by_axis ON alarms (axis, raised_ns);
 CREATE INDEX alarms_open ON alarms (raised_ns) WHERE open;
-CREATE TABLE events (
-  id INTEGER PRIMARY KEY, axis INTEGER NOT NULL, sample INTEGER NOT NULL, alarm TEXT NOT NULL,
-  transition TEXT NOT NULL, alarm_id TEXT NOT NULL, time_ns INTEGER NOT NULL, text TEXT NOT NULL,
-  json TEXT NOT NULL, UNIQUE (axis, sample, alarm, transition));
-CREATE INDEX events_of_alarm ON events (alarm_id);
 CREATE TABLE actions (
   id INTEGER PRIMARY KEY, key TEXT NOT NULL UNIQUE, axis INTEGER NOT NULL, sample INTEGER NOT NULL,
   time_ns INTEGER NOT NULL, kind TEXT NOT NULL, who TEXT NOT NULL, reason TEXT NOT NULL,
@@ -74,6 +68,22 @@ CREATE TABLE outbox (
 CREATE INDEX outbox_due ON outbox (next_ns) WHERE done_ns IS NULL;
 CREATE INDEX outbox_done ON outbox (done_ns) WHERE done_ns IS NOT NULL;
 )";
+
+/// What version 2 has otherwise than version 1: an action may lead to the same event again.
+constexpr const char* kVersion2 = R"(
+CREATE TABLE positions (
+  axis INTEGER PRIMARY KEY, next_sample INTEGER NOT NULL, sender_offset INTEGER NOT NULL, w0 INTEGER NOT NULL,
+  w1 INTEGER NOT NULL, w2 INTEGER NOT NULL, w3 INTEGER NOT NULL);
+CREATE TABLE events (
+  id INTEGER PRIMARY KEY, axis INTEGER NOT NULL, sample INTEGER NOT NULL, alarm TEXT NOT NULL,
+  transition TEXT NOT NULL, alarm_id TEXT NOT NULL, time_ns INTEGER NOT NULL, text TEXT NOT NULL,
+  json TEXT NOT NULL, action INTEGER NOT NULL, UNIQUE (axis, sample, alarm, transition, action));
+)";
+constexpr const char* kFromVersion1 = R"(
+INSERT INTO events SELECT id, axis, sample, alarm, transition, alarm_id, time_ns, text, json, 0 FROM events_1;
+DROP TABLE events_1;
+)";
+constexpr const char* kIndexOfEvents = "CREATE INDEX events_of_alarm ON events (alarm_id)";
 
 constexpr std::string_view kTablesToCheck[] = {
     "meta",         "axes",      "configurations",  "positions", "alarms",
@@ -124,10 +134,18 @@ void prepare_schema(Connection& connection, const std::string& path, std::string
   Transaction transaction(connection, Transaction::Kind::write);
   if (empty) {
     connection.execute(kSchema);
-    connection.execute(
-        fmt::format("PRAGMA application_id={}; PRAGMA user_version={}", kApplication, kSchemaVersion));
+    connection.execute(kVersion2);
+    connection.execute(kIndexOfEvents);
+    connection.execute(fmt::format("PRAGMA application_id={}", kApplication));
     run(connection, "INSERT INTO meta VALUES ('installation', lower(hex(randomblob(16))))");
+  } else if (connection.pragma("user_version") < kSchemaVersion) {
+    connection.execute(
+        "ALTER TABLE events RENAME TO events_1; DROP INDEX events_of_alarm; DROP TABLE positions");
+    connection.execute(kVersion2);
+    connection.execute(kFromVersion1);
+    connection.execute(kIndexOfEvents);
   }
+  connection.execute(fmt::format("PRAGMA user_version={}", kSchemaVersion));
   run(connection, "INSERT INTO meta VALUES ('program', ?) ON CONFLICT DO UPDATE SET value = excluded.value",
       program_version);
   transaction.commit();

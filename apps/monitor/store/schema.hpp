@@ -8,7 +8,7 @@
 
 namespace resonid::monitor::detail {
 
-inline constexpr std::int64_t kSchemaVersion = 1;
+inline constexpr std::int64_t kSchemaVersion = 2;
 inline constexpr std::int64_t kFiveMinutesNs = 300'000'000'000;
 inline constexpr std::int64_t kHourNs = 12 * kFiveMinutesNs;
 inline constexpr std::int64_t kDayNs = 24 * kHourNs;
@@ -20,7 +20,8 @@ inline constexpr std::int64_t kDayNs = 24 * kHourNs;
   return time_ns - (into < 0 ? into + length_ns : into);
 }
 
-/// Makes the tables of an empty database; throws where the file is another program's or a later version's.
+/// Makes the tables of an empty database, brings those of a former version up to date; throws where the file
+/// is another program's or a later version's.
 void prepare_schema(Connection& connection, const std::string& path, std::string_view program_version);
 
 /// Throws where damage is found within `limit_s`; small tables are looked at first and the rows last.

@@ -137,10 +137,10 @@ Committed Store::Impl::commit(const Batch& batch) {
       ++done.refused;
   }
   for (const auto& entry : batch.positions) {
-    std::array<std::int64_t, 4> word{};
-    for (std::size_t i = 0; i < word.size(); ++i) word[i] = std::bit_cast<std::int64_t>(entry.word[i]);
-    run(connection_, "INSERT OR REPLACE INTO positions VALUES (?, ?, ?, ?, ?)", entry.source, word[0],
-        word[1], word[2], word[3]);
+    const auto word = [&entry](std::size_t i) { return std::bit_cast<std::int64_t>(entry.word[i]); };
+    run(connection_, "INSERT OR REPLACE INTO positions VALUES (?, ?, ?, ?, ?, ?, ?)", axis(entry.axis).id,
+        std::bit_cast<std::int64_t>(entry.next_sample), std::bit_cast<std::int64_t>(entry.sender_offset),
+        word(0), word(1), word(2), word(3));
   }
   write_alarms(batch, done);
   write_people(batch, done);
@@ -232,10 +232,10 @@ void Store::Impl::write_alarms(const Batch& batch, Committed& done) {
     }
     const auto written =
         run(connection_,
-            "INSERT INTO events (axis, sample, alarm, transition, alarm_id, time_ns, text, json) "
-            "VALUES (?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING",
+            "INSERT INTO events (axis, sample, alarm, transition, alarm_id, time_ns, text, json, action) "
+            "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING",
             axis(entry.axis).id, entry.sample, entry.alarm, entry.transition, entry.alarm_id, entry.time_ns,
-            entry.text, entry.json);
+            entry.text, entry.json, std::bit_cast<std::int64_t>(entry.action));
     ++(written > 0 ? done.events : done.known_events);
   }
   for (const auto& entry : batch.evidence) {

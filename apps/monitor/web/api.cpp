@@ -317,7 +317,7 @@ std::optional<ApiReply> forbidden(const ApiRules& rules, const httplib::Request&
   if (!site.empty() && site != "same-origin" && site != "none")
     return refused(403, "origin", "writes are taken from this server's own page only");
   if (rules.write_token.empty() && !rules.loopback)
-    return refused(403, "authorization",
+    return refused(403, "write_token",  // no token that a client has would help
                    "writes are off: the service listens for others and has no write token");
   if (!rules.write_token.empty() && !may_write) {
     if (same_token(token, rules.read_token))

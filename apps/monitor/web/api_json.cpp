@@ -230,6 +230,8 @@ std::string axis_json(const AxisDetail& axis) {
     put(one, "reason", b.reason);
     baselines.push_back(std::move(one));
   }
+  put(json, "longest_shelving_s", axis.longest_shelving_s);
+  put(json, "raw_from_time_s", axis.raw_from_time_s);
   json["configuration_hash"] = axis.configuration_hash;
   return text_of(json);
 }

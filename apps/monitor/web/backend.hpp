@@ -78,8 +78,8 @@ struct AxisStatus {
   std::string why;                             ///< The verdict in words.
   data::Motion motion = data::Motion::rotary;  ///< Decides the units of the figures.
   double time_s = kUnknown;                    ///< When the newest row's machine was so.
-  double age_s = kUnknown;                     ///< Since the newest sample.
-  double latency_s = kUnknown;                 ///< From a sample's time to its row.
+  double age_s = kUnknown;      ///< Since the newest sample's time; while nothing is followed, since it came.
+  double latency_s = kUnknown;  ///< From a sample's time to its row.
   double rate_hz = kUnknown;
   std::uint64_t sample = 0;  ///< Index of the newest sample in the newest row.
   double maintenance_until_time_s =
@@ -89,6 +89,8 @@ struct AxisStatus {
     std::string text;
   };
   std::optional<Worst> worst_alarm;
+  /// Alarms that are active or not acknowledged, but neither shelved nor suppressed; how many are not
+  /// acknowledged.
   std::uint64_t alarms = 0, unacknowledged = 0;
   std::array<FigureStatus, monitoring::kWatched> figures{};
   SampleCounts samples;
@@ -128,6 +130,8 @@ struct AxisDetail {
     double worst_phase_margin_deg = kUnknown;
   } loop;
   std::vector<Baseline> baselines;
+  double longest_shelving_s = kUnknown;  ///< For which one of its alarms can be shelved.
+  double raw_from_time_s = kUnknown;     ///< Time of the oldest raw sample; not known: none is kept.
   std::string configuration_hash;
 };
 
@@ -207,12 +211,12 @@ struct Alarm {
   bool evidence = false;  ///< Raw samples around it are kept.
 };
 
-enum class AlarmFilter : std::uint8_t { all, active, unacknowledged, shelved, cleared };
-inline constexpr EnumName<AlarmFilter> kAlarmFilterNames[] = {{AlarmFilter::all, "all"},
-                                                              {AlarmFilter::active, "active"},
-                                                              {AlarmFilter::unacknowledged, "unacknowledged"},
-                                                              {AlarmFilter::shelved, "shelved"},
-                                                              {AlarmFilter::cleared, "cleared"}};
+/// `open`: not done with, that is active, unacknowledged, latched or shelved.
+enum class AlarmFilter : std::uint8_t { all, open, active, unacknowledged, shelved, cleared };
+inline constexpr EnumName<AlarmFilter> kAlarmFilterNames[] = {
+    {AlarmFilter::all, "all"},         {AlarmFilter::open, "open"},
+    {AlarmFilter::active, "active"},   {AlarmFilter::unacknowledged, "unacknowledged"},
+    {AlarmFilter::shelved, "shelved"}, {AlarmFilter::cleared, "cleared"}};
 [[nodiscard]] constexpr std::span<const EnumName<AlarmFilter>> enum_names(AlarmFilter) noexcept {
   return kAlarmFilterNames;
 }

@@ -120,4 +120,9 @@ std::string address_text(const ::sockaddr_storage& address) {
   return text.data();
 }
 
+bool is_this_machine(std::string_view address_text) noexcept {
+  // "::" is the network of ::1, in which no other host is.
+  return address_text == "::" || address_text.starts_with("127.") || address_text.starts_with("::ffff:127.");
+}
+
 }  // namespace resonid::monitor::web

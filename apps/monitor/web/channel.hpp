@@ -74,5 +74,7 @@ class Channel {
 
 /// A client's address as text; of IPv6 the network, since one host has as many addresses as it likes.
 [[nodiscard]] std::string address_text(const ::sockaddr_storage&);
+/// Whether such a text is of this machine itself.
+[[nodiscard]] bool is_this_machine(std::string_view address_text) noexcept;
 
 }  // namespace resonid::monitor::web

@@ -186,7 +186,8 @@ std::string metrics_text(const std::vector<AxisStatus>& axes, const std::vector<
     for (const auto& fault : axes[i].faults)
       to.sample(fmt::format("{},kind=\"{}\"", labels[i], label(fault.kind)), fault.count);
 
-  to.family("resonid_alarms_active", "gauge", "Active alarms by severity.");
+  to.family("resonid_alarms_active", "gauge",
+            "Active alarms by severity, those that are shelved or suppressed too.");
   for (const auto& [severity, name] : monitoring::kSeverityNames) {
     std::uint64_t count = 0;
     for (const auto& alarm : active) count += alarm.active && alarm.severity == severity;

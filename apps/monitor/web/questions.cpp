@@ -167,9 +167,10 @@ Answer<AlarmQuestion> alarm_question(const Query& query) {
   if (*state) {
     const auto filter = from_name<AlarmFilter>(**state);
     if (!filter)
-      return invalid("state",
-                     fmt::format("found '{}', all, active, unacknowledged, shelved or cleared is required",
-                                 shown(**state)));
+      return invalid(
+          "state",
+          fmt::format("found '{}', all, open, active, unacknowledged, shelved or cleared is required",
+                      shown(**state)));
     question.state = *filter;
   }
   const auto axis = parameter(query, "axis");

@@ -307,7 +307,7 @@ class EpollSockets final : public Sockets {
     if (found == connections_.end()) return;
     const auto& connection = *found->second;
     counted_ -= connection.counts;
-    if (connection.stream) end_stream(*connection.stream);
+    if (connection.stream) end_stream(*connection.stream, connection.client);
     connections_.erase(found);  // which closes it, and so takes it out of epoll
     publish_counts();
   }
@@ -410,6 +410,12 @@ class EpollSockets final : public Sockets {
     return true;
   }
 
+  bool has_enough_streams(const std::string& client) const {
+    const auto found = client_streams_.find(client);
+    return found != client_streams_.end() && found->second >= limits_.client_streams &&
+           !is_this_machine(client);
+  }
+
   void answered(Done& done) {
     const auto found = connections_.find(done.connection);
     if (found == connections_.end()) return;
@@ -417,6 +423,9 @@ class EpollSockets final : public Sockets {
     if (done.reply.stream && streams_ >= limits_.streams) {
       count_refused();
       done.reply = refusal(503, "streams", "too many event streams are open");
+    } else if (done.reply.stream && has_enough_streams(connection.client)) {
+      count_refused();
+      done.reply = refusal(429, "streams", "more event streams than one client may have open");
     }
     if (done.reply.stream) {
       StreamQueue stream;
@@ -424,7 +433,7 @@ class EpollSockets final : public Sockets {
       auto beginning = begin_(done.reply.last_event_id);
       stream.alarms.assign(beginning.texts.begin(), beginning.texts.end());
       stream.last_id = beginning.id;
-      begin_stream(stream);
+      begin_stream(stream, connection.client);
       connection.stream = std::move(stream);
       // A little is enough, or a slow client gets old frames for seconds.
       const int bytes = 128 * 1024;
@@ -554,14 +563,16 @@ class EpollSockets final : public Sockets {
     const std::lock_guard lock(shared_mutex_);
     ++counts_.refused;
   }
-  void begin_stream(const StreamQueue& stream) {
+  void begin_stream(const StreamQueue& stream, const std::string& client) {
     ++streams_;
+    ++client_streams_[client];
     publish_counts();
     const std::lock_guard lock(shared_mutex_);
     if (!stream.axis.empty()) ++watched_[stream.axis];
   }
-  void end_stream(const StreamQueue& stream) {
+  void end_stream(const StreamQueue& stream, const std::string& client) {
     --streams_;
+    if (--client_streams_[client] == 0) client_streams_.erase(client);
     const std::lock_guard lock(shared_mutex_);
     if (!stream.axis.empty() && --watched_[stream.axis] == 0) watched_.erase(stream.axis);
   }
@@ -581,6 +592,7 @@ class EpollSockets final : public Sockets {
   std::uint64_t next_id_ = 2;
   std::size_t counted_ = 0, streams_ = 0;
   std::unordered_map<std::string, Bucket> buckets_;
+  std::unordered_map<std::string, std::size_t> client_streams_;
 
   std::mutex messages_mutex_;
   std::vector<Message> messages_;

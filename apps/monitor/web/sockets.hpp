@@ -20,6 +20,7 @@ namespace resonid::monitor::web {
 struct WebLimits {
   std::uint32_t connections = 512;     ///< Open at once; beyond, 503.
   std::uint32_t streams = 64;          ///< Of these, event streams; beyond, 503.
+  std::uint32_t client_streams = 16;   ///< Open for one other machine's address; beyond, 429.
   double requests_per_second = 100.0;  ///< Of one client's address, in the long run; beyond, 429.
   double burst = 300.0;                ///< Requests of one address at once.
   std::size_t head_bytes = 16'384;     ///< Request line and headers; beyond, 431.

@@ -118,6 +118,12 @@ TEST(Check, RefusesSourcesThatCannotBe) {
       is_only(source("kind = 'tcp'"), "m.toml:10:1: [source.s] has no key 'address'", "must be given"));
   EXPECT_TRUE(is_only(source("kind = 'tcp'\naddress = 'here'"), "m.toml:12:11: source.s.address",
                       "found 'here', required HOST:PORT"));
+  EXPECT_EQ(source("kind = 'tcp'\naddress = ':7010'"), Texts{});
+  EXPECT_EQ(source("kind = 'tcp'\naddress = 'unix:/run/resonid/samples'"), Texts{});
+  EXPECT_TRUE(is_only(source("kind = 'tcp'\naddress = ':8080'"), "m.toml:12:11: source.s.address",
+                      "is TCP port 8080, which monitor.listen has already"));
+  EXPECT_TRUE(is_only(source("kind = 'udp'\naddress = 'unix:/run/resonid/samples'"),
+                      "m.toml:12:11: source.s.address", ":PORT for all interfaces"));
   EXPECT_TRUE(is_only(source("kind = 'file'\npath = ''"), "m.toml:12:8: source.s.path", "must be given"));
   EXPECT_TRUE(is_only(source("kind = 'mqtt'\naddress = 'b:1883'\ntopic = 'a/b#'"),
                       "m.toml:13:9: source.s.topic", "# as the last one"));

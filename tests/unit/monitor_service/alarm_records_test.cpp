@@ -5,6 +5,7 @@
 #include <functional>
 #include <monitor/service/alarm_record.hpp>
 #include <monitor/service/service.hpp>
+#include <monitor/store/reader.hpp>
 #include <resonid/base/error_text.hpp>
 
 #include "folder.hpp"
@@ -60,6 +61,69 @@ TEST(AlarmRecords, OnlyTheNewestRaisingIsLeftToBeAcknowledged) {
   EXPECT_EQ(open[0].id, second[0].id);
   EXPECT_TRUE(backend.act(acknowledgement_of(open[0].id)));
   EXPECT_TRUE(alarms_once(backend, AlarmFilter::unacknowledged, kNone).empty());
+}
+
+TEST(AlarmRecords, EachReminderOfASilentAxisIsKept) {
+  const Folder folder;
+  Pulses pulses;
+  auto all = pulses.installation(folder.path(), {"x"});
+  all.axes[0].spec.alarms.stale.realarm_s = 0.1;
+  const auto service = Service::start(std::move(all));
+  ASSERT_TRUE(service) << message_of(service.error());
+  auto& backend = (*service)->backend();
+  const auto alarm = alarms_once(backend, AlarmFilter::active, kOne).at(0).id;
+  const auto reminders = [&] {
+    const auto events = backend.events(alarm).value();
+    return std::count_if(events.begin(), events.end(),
+                         [](const auto& e) { return e.transition == "realarmed"; });
+  };
+  for (int i = 0; i < 500 && reminders() < 3; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_GE(reminders(), 3);
+}
+
+TEST(AlarmRecords, ActionsThatCannotBeAreRefusedAtOnce) {
+  const Folder folder;
+  Pulses pulses;
+  const auto service = Service::start(pulses.installation(folder.path(), {"x"}));
+  ASSERT_TRUE(service) << message_of(service.error());
+  auto& backend = (*service)->backend();
+  auto action = acknowledgement_of(alarms_once(backend, AlarmFilter::active, kOne).at(0).id);
+  const auto refusal = [&](web::ActionKind kind, double seconds) {
+    action.kind = kind;
+    action.until_time_s = static_cast<double>(now_ns()) * 1e-9 + seconds;
+    const auto done = backend.act(action);
+    EXPECT_FALSE(done) << static_cast<int>(kind);
+    return done ? std::string() : done.error().message;
+  };
+  EXPECT_NE(refusal(web::ActionKind::shelve, 30 * 86400.0).find("at most 168.0 h"), std::string::npos);
+  EXPECT_NE(refusal(web::ActionKind::shelve, -60.0).find("ahead"), std::string::npos);
+  EXPECT_NE(refusal(web::ActionKind::unshelve, 0.0).find("not shelved"), std::string::npos);
+  EXPECT_NE(refusal(web::ActionKind::reset, 0.0).find("not latched"), std::string::npos);
+  for (const auto& entry : backend.audit(10)) EXPECT_NE(entry.who, "tester");
+}
+
+TEST(AlarmRecords, ARingThatWasThrownBackGoesOnWhereItWas) {
+  const Folder folder;
+  Pulses pulses;
+  const auto ring = folder.path() / "rings" / "x.ring", old = folder.path() / "old";
+  const auto run = [&](std::uint64_t pulses_sent) {
+    auto all = pulses.installation(folder.path(), {"x"});
+    all.engine.stale_s = 1e6;
+    const auto service = Service::start(std::move(all));
+    ASSERT_TRUE(service) << message_of(service.error());
+    for (std::uint64_t i = 0; i < pulses_sent; ++i) pulses.send();
+    for (int i = 0; i < 500 && (*service)->backend().axis("x")->status.samples.received < 10U * pulses_sent;
+         ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    (*service)->stop();
+  };
+  run(2);
+  std::filesystem::copy_file(ring, old);
+  run(3);
+  std::filesystem::rename(old, ring);  // as after a power cut
+  run(1);
+  EXPECT_EQ(Reader::open((folder.path() / "monitor.sqlite").string())->position("x").value()->next_sample,
+            60U);
 }
 
 /// What became of the alarm of axis x that was open when the service ended.

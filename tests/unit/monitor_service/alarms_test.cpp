@@ -169,7 +169,8 @@ std::vector<std::string> keys_of_store(const std::filesystem::path& folder) {
   std::vector<std::string> keys;
   for (const auto& alarm : must(reader.alarms(AlarmFilter::all, std::nullopt, 1000)))
     for (const auto& event : must(reader.events(alarm.id, 1000)))
-      keys.push_back(fmt::format("{}:{}:{}:{}", installation, alarm.id, event.sample, event.transition));
+      keys.push_back(fmt::format("{}:{}:{}:{}", installation, alarm.id, event.sample, event.transition) +
+                     (event.action != 0 ? fmt::format(":{}", event.action) : ""));
   std::sort(keys.begin(), keys.end());
   return keys;
 }

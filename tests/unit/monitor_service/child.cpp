@@ -4,6 +4,7 @@
 //   child FOLDER sources N ... M  follows FOLDER/samples.csv and the socket FOLDER/socket; at sample N ...
 //                                 acknowledges what there is and sets baselines, then makes FOLDER/acted-N;
 //                                 M is the end
+//   child FOLDER brokers PORT URL N ... M   likewise a broker of MQTT and a server of NATS
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -14,6 +15,7 @@
 #include <resonid/base/error_text.hpp>
 #include <string_view>
 
+#include "../monitor_brokers/brokers.hpp"
 #include "drive.hpp"
 
 namespace resonid::monitor {
@@ -28,22 +30,32 @@ bool followed(const web::Backend& backend, std::uint64_t end, std::uint64_t with
                      [&](const auto& axis) { return axis.sample + within >= end; });
 }
 
-Installation sources_installation(const std::filesystem::path& folder) {
+/// Two axes, each from a source by itself.
+Installation with_sources(const std::filesystem::path& folder, std::vector<InstalledSource> sources) {
   Installation all = installation(folder, {{}, {}}, 0.0);
-  const char* names[] = {"file", "tcp"};
-  for (std::size_t a = 0; a < 2; ++a) all.axes[a].source = names[a];
-  all.sources.clear();
-  all.sources.push_back({"file", "file", [folder](Axes& axes) {
-                           return make_file_source({folder / "samples.csv", Format{}}, axes);
-                         }});
-  all.sources.push_back({"tcp", "tcp", [folder](Axes& axes) -> expected<std::unique_ptr<Source>, Error> {
-                           TcpSettings settings;
-                           settings.address = "unix:" + (folder / "socket").string();
-                           auto made = make_tcp_source(settings, axes);
-                           if (!made) return tl::unexpected(std::move(made.error()));
-                           return std::unique_ptr<Source>(std::move(*made));
-                         }});
+  for (std::size_t a = 0; a < 2; ++a) all.axes[a].source = sources[a].name;
+  all.sources = std::move(sources);
   return all;
+}
+Installation sources_installation(const std::filesystem::path& folder) {
+  return with_sources(folder,
+                      {{"file", "file",
+                        [folder](Axes& axes) {
+                          return make_file_source({folder / "samples.csv", Format{}}, axes);
+                        }},
+                       {"tcp", "tcp", [folder](Axes& axes) -> expected<std::unique_ptr<Source>, Error> {
+                          TcpSettings settings;
+                          settings.address = "unix:" + (folder / "socket").string();
+                          auto made = make_tcp_source(settings, axes);
+                          if (!made) return tl::unexpected(std::move(made.error()));
+                          return std::unique_ptr<Source>(std::move(*made));
+                        }}});
+}
+Installation brokers_installation(const std::filesystem::path& folder, std::uint16_t port,
+                                  const std::string& url) {
+  return with_sources(folder,
+                      {{"mqtt", "mqtt", [port](Axes& axes) { return test::mqtt_source(port, axes); }},
+                       {"nats", "nats", [url](Axes& axes) { return test::jetstream_source(url, axes); }}});
 }
 
 /// What a person does; comes back once it is stored, or has not been for seconds.
@@ -101,10 +113,14 @@ int main(int argc, char** argv) {
   using namespace resonid::monitor;
   if (argc < 3) return 2;
   set_log_level(LogLevel::warning);
-  if (std::string_view(argv[2]) == "sources") {
+  const bool sources = std::string_view(argv[2]) == "sources";
+  if (sources || (std::string_view(argv[2]) == "brokers" && argc > 4)) {
     std::vector<std::uint64_t> stops;
-    for (int i = 3; i < argc; ++i) stops.push_back(std::strtoull(argv[i], nullptr, 10));
-    return run(sources_installation(argv[1]), argv[1], stops, 1);
+    for (int i = sources ? 3 : 5; i < argc; ++i) stops.push_back(std::strtoull(argv[i], nullptr, 10));
+    return run(sources
+                   ? sources_installation(argv[1])
+                   : brokers_installation(argv[1], static_cast<std::uint16_t>(std::atoi(argv[3])), argv[4]),
+               argv[1], stops, 1);
   }
   std::vector<std::vector<double>> values;
   for (std::uint64_t seed = 1; seed <= 3; ++seed)

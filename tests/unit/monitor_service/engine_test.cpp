@@ -55,6 +55,14 @@ class Watched {
       if (told.action.sample >= monitor.next_sample()) later.push_back(told);
     start(std::move(monitor), std::move(later));
   }
+  /// Likewise from the first sample on, as if there had been no snapshot.
+  void restart_from_the_beginning() {
+    engine_->stop();
+    look();
+    told_.clear();
+    start(monitoring::AxisMonitor::create(spec_).value(), actions_);
+  }
+  void leave_out_up_to(std::uint64_t sample) { ring_->put_anchor(sample, std::nullopt); }
   /// Transitions of an alarm so far, in words.
   std::string told(monitoring::AlarmId id) {
     look();
@@ -65,6 +73,7 @@ class Watched {
   }
   Engine& engine() { return *engine_; }
   std::int64_t since_ns() const { return since_ns_; }
+  std::uint64_t sample_of(monitoring::AlarmId id) { return samples_[alarm_name(id)]; }
 
  private:
   void start(monitoring::AxisMonitor monitor, std::vector<Told> actions) {
@@ -78,6 +87,7 @@ class Watched {
       for (const auto& e : results.events) {
         told_[alarm_name(e.event.alarm)] += std::string(name_of(e.event.transition)) + " ";
         since_ns_ = e.since_ns;
+        samples_[alarm_name(e.event.alarm)] = e.event.sample;
       }
       actions_.insert(actions_.end(), results.actions.begin(), results.actions.end());
       if (results.snapshot) snapshot_ = *results.snapshot;
@@ -92,6 +102,7 @@ class Watched {
   std::unique_ptr<Ring> ring_;
   std::unique_ptr<Engine> engine_;
   std::map<std::string, std::string> told_;
+  std::map<std::string, std::uint64_t> samples_;  // of the newest event
   std::vector<Told> actions_;
   Results::Snapshot snapshot_;
   std::int64_t since_ns_ = 0;
@@ -172,6 +183,67 @@ TEST(Engine, ActionsAfterARestartCount) {
   axis.restart();
   EXPECT_TRUE(comes([&] { return axis.told(kStaleAlarm).ends_with("cleared superseded raised "); }))
       << axis.told(kStaleAlarm);
+}
+
+TEST(Engine, ActionsAfterAGapAreReplayedAtTheirSample) {
+  Watched axis({}, with_delays(0.0, 1e6, 0.0));
+  axis.put(1.0);
+  EXPECT_TRUE(axis.tells(kStaleAlarm, "raised "));
+  axis.leave_out_up_to(5000);
+  axis.put(0.4);
+  EXPECT_TRUE(comes([&] { return axis.engine().live(0)->next_sample == 5100; }));
+  ASSERT_TRUE(axis.engine().act(0, ActionKind::acknowledge, kStaleAlarm, {}, "tester", ""));
+  EXPECT_TRUE(axis.tells(kStaleAlarm, "raised acknowledged "));
+  EXPECT_EQ(axis.sample_of(kStaleAlarm), 5100U);
+  axis.put(0.4);
+  axis.restart_from_the_beginning();
+  EXPECT_TRUE(axis.tells(kStaleAlarm, "raised acknowledged "));
+  EXPECT_EQ(axis.sample_of(kStaleAlarm), 5100U);
+}
+
+TEST(Engine, AnAxisThatWaitsToLearnDoesNotFillItsRing) {
+  const Folder folder;
+  const auto values = drive_samples(120.0, 1000.0, 1);
+  std::vector<std::unique_ptr<Ring>> rings;
+  std::vector<Engine::Axis> axes;
+  for (int i = 0; i < 20; ++i) {
+    monitoring::AxisSpec spec;
+    spec.name = std::to_string(i);
+    spec.sample_rate_hz = kRate;
+    spec.track.method = identification::TrackMethod::physical;
+    rings.push_back(
+        Ring::open(folder.path() / spec.name, {spec.name, {"ru", "u", "y"}, kRate, 16'000}).value());
+    rings.back()->put_anchor(0, std::nullopt);
+    axes.push_back({monitoring::AxisMonitor::create(spec).value(), rings.back().get(), {}});
+  }
+  EngineOptions options;
+  options.workers = options.learners = 1;
+  options.learning_patience_s = 0.0;
+  Engine engine(std::move(axes), options);
+  engine.keep_going(true);  // there is no store
+  engine.start();
+  std::map<std::size_t, int> gathered;
+  const auto look = [&] {
+    for (const auto& results : engine.take())
+      for (const auto& told : results.actions)
+        gathered[results.axis] += told.action.kind == ActionKind::gather;
+  };
+  for (std::size_t at = 0; at + 3000 <= values.size() / 3; at += 3000)
+    for (auto& ring : rings) {
+      look();
+      EXPECT_TRUE(comes([&] { return ring->room(3000); }));
+      ring->put(std::span(values).subspan(3 * at, 3 * 3000));
+      ring->commit({});
+    }
+  EXPECT_TRUE(comes([&] {
+    for (std::size_t i = 0; i < rings.size(); ++i)
+      if (engine.live(i)->next_sample < rings[i]->next_sample()) return false;
+    return true;
+  }));
+  engine.stop();
+  look();
+  EXPECT_GT(std::count_if(gathered.begin(), gathered.end(), [](const auto& axis) { return axis.second > 0; }),
+            1);
 }
 
 TEST(Engine, ShelvingAndMaintenanceEndByTheClockToo) {

@@ -7,11 +7,13 @@
 #include <atomic>
 #include <cstring>
 #include <fstream>
+#include <memory>
 #include <monitor/store/reader.hpp>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <tuple>
 
+#include "../monitor_brokers/brokers.hpp"
 #include "../monitor_sources/client.hpp"
 #include "children.hpp"
 #include "drive.hpp"
@@ -27,68 +29,130 @@ constexpr std::uint64_t kStops[] = {22'500, 25'000, 27'500};
 constexpr std::size_t kAtOnce = 50;  // samples
 const char* const kAxes[] = {"axis0", "axis1"};
 
-/// A file that grows and a client that keeps what is not acknowledged, as far as they are allowed to.
+/// Brings each axis its samples by itself, as far as it is allowed to.
 class Senders {
  public:
-  explicit Senders(const fs::path& folder)
-      : values_{drive_samples(110.0, 75.0, 1), drive_samples(110.0, 70.0, 1)},
-        file_([this, folder] { write(folder / "samples.csv"); }),
-        client_([this, folder] { send((folder / "socket").string()); }) {}
-  ~Senders() {
-    ending_.store(true);
-    file_.join();
-    client_.join();
-  }
+  virtual ~Senders() = default;
   void allow(std::uint64_t samples) { allowed_.store(samples); }
+  /// What the child must know of them.
+  [[nodiscard]] virtual std::vector<std::string> arguments() const = 0;
+
+ protected:
+  /// Runs `bring` until the end.
+  template <class Bring>
+  void begin(Bring bring) {
+    threads_.emplace_back(bring);
+  }
+  void end() {
+    ending_.store(true);
+    for (auto& thread : threads_) thread.join();
+  }
+  [[nodiscard]] bool ending() const { return ending_.load(); }
+  /// Samples of an axis from one on, as many as go at once and are allowed.
+  [[nodiscard]] std::span<const double> samples(std::size_t axis, std::uint64_t from) const {
+    const std::uint64_t allowed = allowed_.load();
+    const std::size_t count = allowed > from ? std::min<std::size_t>(kAtOnce, allowed - from) : 0;
+    return std::span(values_[axis]).subspan(3 * from, 3 * count);
+  }
+  [[nodiscard]] static std::string frame(std::string_view axis, std::uint64_t first,
+                                         std::span<const double> values) {
+    static constexpr std::string_view kColumns[] = {"ru", "u", "y"};
+    return encoded(Arrival{axis, first, {}, kRate, kColumns, values, {}}, ValueType::float64).value();
+  }
+
+ private:
+  const std::vector<double> values_[2] = {drive_samples(110.0, 75.0, 1), drive_samples(110.0, 70.0, 1)};
+  std::atomic<std::uint64_t> allowed_{0};
+  std::atomic<bool> ending_{false};
+  std::vector<std::thread> threads_;
+};
+
+/// A file that grows and a client that keeps what is not acknowledged.
+class FileAndTcp : public Senders {
+ public:
+  explicit FileAndTcp(const fs::path& folder) {
+    begin([this, folder] { write(folder / "samples.csv"); });
+    begin([this, folder] { send((folder / "socket").string()); });
+  }
+  ~FileAndTcp() override { end(); }
+  [[nodiscard]] std::vector<std::string> arguments() const override { return {"sources"}; }
 
  private:
   void write(const fs::path& path) {
     std::ofstream file(path);
     file << "ru,u,y\n";
-    for (std::uint64_t next = 0; !ending_.load(); std::this_thread::sleep_for(1ms)) {
-      for (std::size_t k = 0; k < kAtOnce && next < allowed_.load(); ++k, ++next) {
-        const double* v = values_[0].data() + 3 * next;
-        file << fmt::format("{},{},{}\n", v[0], v[1], v[2]);
-      }
+    for (std::uint64_t next = 0; !ending(); std::this_thread::sleep_for(1ms)) {
+      const auto v = samples(0, next);
+      for (std::size_t i = 0; i < v.size(); i += 3)
+        file << fmt::format("{},{},{}\n", v[i], v[i + 1], v[i + 2]);
       file << std::flush;
+      next += v.size() / 3;
     }
   }
   void send(const std::string& socket) {
-    constexpr std::string_view kColumns[] = {"ru", "u", "y"};
-    for (; !ending_.load(); std::this_thread::sleep_for(1ms)) {
+    for (; !ending(); std::this_thread::sleep_for(1ms)) {
       const Client client(socket);
       if (!client.connected() || !client.send(encoded(Question{"axis1"}))) continue;
       client.set_timeout_ms(1000);
       auto next = client.next_sample("axis1");
-      while (next && !ending_.load()) {
+      while (next && !ending()) {
         std::this_thread::sleep_for(1ms);
-        if (*next >= allowed_.load()) continue;
-        Arrival arrival;
-        arrival.axis = "axis1";
-        arrival.first_sample = *next;
-        arrival.sample_rate_hz = kRate;
-        arrival.columns = kColumns;
-        const std::size_t count = std::min<std::size_t>(kAtOnce, allowed_.load() - *next);
-        arrival.values = std::span(values_[1]).subspan(3 * *next, 3 * count);
-        const auto frame = encoded(arrival, ValueType::float64);
-        if (!frame || !client.send(*frame)) break;
+        const auto values = samples(1, *next);
+        if (values.empty()) continue;
+        if (!client.send(frame("axis1", *next, values))) break;
         next = client.next_sample("axis1");
       }
     }
   }
+};
 
-  std::vector<double> values_[2];
-  std::atomic<std::uint64_t> allowed_{0};
-  std::atomic<bool> ending_{false};
-  std::thread file_, client_;
+/// Publishers at brokers that keep what is not confirmed: QoS 1 with a session that stays, and JetStream.
+class Brokers : public Senders {
+ public:
+  Brokers() {
+    {  // the session begins before anything is sent
+      const test::TemporaryFolder folder;
+      test::Rings rings(folder.path(), {"axis0"});
+      const auto source = test::mqtt_source(mosquitto_.port(), rings);
+      source->start();
+      EXPECT_TRUE(test::until([&] { return source->status().state == SourceState::running; }));
+    }
+    nats_.make_stream("SAMPLES", "machines.>");
+    begin([this] {
+      test::MqttSender sender(mosquitto_.port());
+      publish(0, [&](const std::string& frame) { sender.send("machines/axis0/samples", frame); });
+    });
+    begin([this] {
+      publish(1, [&](const std::string& frame) { nats_.store("machines.axis1.samples", frame); });
+    });
+  }
+  ~Brokers() override { end(); }
+  [[nodiscard]] std::vector<std::string> arguments() const override {
+    return {"brokers", std::to_string(mosquitto_.port()), server_.url()};
+  }
+
+ private:
+  template <class Send>
+  void publish(std::size_t axis, const Send& send) {
+    for (std::uint64_t next = 0; !ending(); std::this_thread::sleep_for(1ms)) {
+      const auto values = samples(axis, next);
+      if (values.empty()) continue;
+      send(frame({}, next, values));
+      next += values.size() / 3;
+    }
+  }
+
+  const test::Mosquitto mosquitto_;
+  const test::NatsServer server_;
+  test::NatsSender nats_{server_.url()};
 };
 
 /// Runs the service over all samples, with a person's actions at each stop but the last, and kills it so
 /// often on the way, and right after the actions.
-void follow(const fs::path& folder, int kills) {
-  Senders senders(folder);
+void follow(const fs::path& folder, Senders& senders, int kills) {
   std::mt19937_64 generator(7);
-  std::vector<std::string> arguments{folder.string(), "sources"};
+  std::vector<std::string> arguments{folder.string()};
+  for (auto& argument : senders.arguments()) arguments.push_back(std::move(argument));
   for (const auto stop : kStops) arguments.push_back(std::to_string(stop));
   pid_t child = start_child(arguments);
   const auto kill_it = [&] {
@@ -162,11 +226,13 @@ Left left_in(const fs::path& folder, const std::string& axis) {
   return left;
 }
 
-TEST(Kill, NoRowAlarmOrActionOfAFileOrOfTcpDiffersFromAnUndisturbedRun) {
+/// The second run is killed, the first one not.
+template <class Make>
+void expect_the_same(const Make& make_senders) {
   const Folder undisturbed, killed;
   const char* more = std::getenv("RESONID_KILLS");
-  follow(undisturbed.path(), 0);
-  follow(killed.path(), more != nullptr ? std::atoi(more) : 6);
+  follow(undisturbed.path(), *make_senders(undisturbed.path()), 0);
+  follow(killed.path(), *make_senders(killed.path()), more != nullptr ? std::atoi(more) : 6);
   for (const std::string axis : kAxes) {
     const Left truth = left_in(undisturbed.path(), axis), found = left_in(killed.path(), axis);
     EXPECT_GT(truth.rows.size(), 90U) << axis;
@@ -186,6 +252,16 @@ TEST(Kill, NoRowAlarmOrActionOfAFileOrOfTcpDiffersFromAnUndisturbedRun) {
     EXPECT_EQ(found.actions, truth.actions) << axis;
     EXPECT_EQ(found.baselines, truth.baselines) << axis;
   }
+}
+
+TEST(Kill, NoRowAlarmOrActionOfAFileOrOfTcpDiffersFromAnUndisturbedRun) {
+  expect_the_same([](const fs::path& folder) { return std::make_unique<FileAndTcp>(folder); });
+}
+
+TEST(Kill, NoRowAlarmOrActionOfMqttOrOfJetStreamDiffersFromAnUndisturbedRun) {
+  RESONID_REQUIRE_PROGRAM("mosquitto");
+  RESONID_REQUIRE_PROGRAM("nats-server");
+  expect_the_same([](const fs::path&) { return std::make_unique<Brokers>(); });
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ Batch second_of(std::uint64_t sample) {
     batch.rows.push_back(record_of(axis, static_cast<std::int64_t>(sample) * kSecond, some_row(sample)));
     batch.snapshots.push_back({axis, sample, sample, "", "", {}});
   }
-  batch.positions.push_back({"source", {sample}});
+  batch.positions.push_back({"source", sample, 0, {sample}});
   batch.events.push_back({"x", sample, "a", "t", "id", 0, "", ""});
   batch.actions.push_back({std::to_string(sample), "x", sample, 0, "", "", "", ""});
   return batch;

@@ -25,7 +25,7 @@ Batch numbered(std::uint64_t number) {
   }
   batch.snapshots.push_back(
       {"a", number, number, "1", "", std::vector<std::byte>(30'000, static_cast<std::byte>(number))});
-  batch.positions.push_back({"source", {number, ~number, 0, 0}});
+  batch.positions.push_back({"b", number, 0, {number, ~number, 0, 0}});
   batch.events.push_back({"b", number, "gap", "raise", "id", kStart, std::to_string(number), "{}"});
   batch.actions.push_back({std::to_string(number), "c", number, kStart, "reset", "ann", "", "{}"});
   batch.outbox.push_back({std::to_string(number), "webhook", "payload", kStart});
@@ -83,7 +83,7 @@ TEST(StoreKill, WhatWasCommittedIsThereAndIsWrittenOnce) {
     ASSERT_TRUE(found);
     ASSERT_FALSE(found->previous);
     ASSERT_EQ(found->snapshot.sample, last);
-    const auto position = value(reader.position("source"));  // that of a repeated batch, or the newest
+    const auto position = value(reader.position("b"));  // that of a repeated batch, or the newest
     ASSERT_TRUE(position);
     ASSERT_TRUE(position->word[0] + 3 >= first && position->word[0] <= last);
     ASSERT_EQ(position->word[1], ~position->word[0]);

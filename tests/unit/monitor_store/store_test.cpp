@@ -123,11 +123,13 @@ TEST(Store, PositionsOfSourcesKeepAllTheirBits) {
   const Folder folder;
   Store store = opened(folder.file());
   Batch batch;
-  batch.positions = {{"file:/a", {1, 2, 3, 4}}, {"file:/a", {~0ULL, 1ULL << 63U, 0, 7}}};
+  batch.positions = {{"a", 5, 1, {1, 2, 3, 4}}, {"a", ~0ULL, 1ULL << 63U, {~0ULL, 1ULL << 63U, 0, 7}}};
   value(store.commit(batch));
   auto reader = reader_of(folder.file());
-  const auto found = value(reader.position("file:/a"));
+  const auto found = value(reader.position("a"));
   ASSERT_TRUE(found);
+  EXPECT_EQ(found->next_sample, ~0ULL);
+  EXPECT_EQ(found->sender_offset, 1ULL << 63U);
   EXPECT_EQ(found->word, (std::array<std::uint64_t, 4>{~0ULL, 1ULL << 63U, 0, 7}));
   EXPECT_FALSE(value(reader.position("other")));
 }
@@ -190,9 +192,11 @@ TEST(Store, EventsAreWrittenOnceByTheirKey) {
   batch.events = {{"x", 10, "stiffness", "raise", "a1", kStart, "fell by 5 %", "{\"n\":1}"},
                   {"x", 10, "stiffness", "latch", "a1", kStart, "latched", "{}"},
                   {"x", 10, "resonance", "raise", "a2", kStart, "another alarm", "{}"},
-                  {"x", 20, "stiffness", "raise", "a1", kStart, "again", "{}"}};
-  EXPECT_EQ(value(store.commit(batch)).events, 4U);
-  EXPECT_EQ(value(store.commit(batch)).known_events, 4U);
+                  {"x", 20, "stiffness", "raise", "a1", kStart, "again", "{}"},
+                  {"x", 20, "stale", "realarmed", "a3", kStart, "silent", "{}", 7},
+                  {"x", 20, "stale", "realarmed", "a3", kStart + kSecond, "still silent", "{}", 8}};
+  EXPECT_EQ(value(store.commit(batch)).events, 6U);
+  EXPECT_EQ(value(store.commit(batch)).known_events, 6U);
   auto reader = reader_of(folder.file());
   const auto events = value(reader.events("a1", 10));
   ASSERT_EQ(events.size(), 3U);
@@ -201,6 +205,36 @@ TEST(Store, EventsAreWrittenOnceByTheirKey) {
   EXPECT_EQ(events[1].transition, "latch");
   EXPECT_EQ(events[2].sample, 20U);
   EXPECT_EQ(value(reader.events("a1", 1)).size(), 1U);
+  const auto reminders = value(reader.events("a3", 10));
+  ASSERT_EQ(reminders.size(), 2U);
+  EXPECT_EQ(reminders[1].action, 8U);
+}
+
+TEST(Store, BringsADatabaseOfTheFirstVersionUpToDate) {
+  const Folder folder;
+  Batch batch;
+  batch.events = {{"x", 10, "stiffness", "raise", "a1", kStart, "fell by 5 %", "{}"}};
+  {
+    Store store = opened(folder.file());
+    value(store.commit(batch));
+  }
+  execute_in(folder.file(), R"(
+    ALTER TABLE events RENAME TO later; DROP INDEX events_of_alarm; DROP TABLE positions;
+    CREATE TABLE positions (source TEXT PRIMARY KEY, w0 INTEGER, w1 INTEGER, w2 INTEGER, w3 INTEGER) WITHOUT ROWID;
+    CREATE TABLE events (
+      id INTEGER PRIMARY KEY, axis INTEGER NOT NULL, sample INTEGER NOT NULL, alarm TEXT NOT NULL,
+      transition TEXT NOT NULL, alarm_id TEXT NOT NULL, time_ns INTEGER NOT NULL, text TEXT NOT NULL,
+      json TEXT NOT NULL, UNIQUE (axis, sample, alarm, transition));
+    INSERT INTO events SELECT id, axis, sample, alarm, transition, alarm_id, time_ns, text, json FROM later;
+    DROP TABLE later; CREATE INDEX events_of_alarm ON events (alarm_id); PRAGMA user_version=1)");
+  Store store = opened(folder.file());
+  EXPECT_EQ(value(store.commit(batch)).known_events, 1U);
+  batch.events[0].action = 3;
+  batch.positions = {{"x", 11, 0, {1, 2, 3, 4}}};
+  EXPECT_EQ(value(store.commit(batch)).events, 1U);
+  auto reader = reader_of(folder.file());
+  EXPECT_EQ(value(reader.events("a1", 10)).size(), 2U);
+  EXPECT_EQ(value(reader.position("x"))->next_sample, 11U);
 }
 
 TEST(Store, ReplayReadsActionsInTheOrderInWhichTheyAct) {

@@ -101,6 +101,8 @@ class FakeBackend : public Backend {
     detail.loop = {"pi:0.5,0.02", 5e-4, 40.0, 8.0, 120.0, 90.0, 45.0};
     detail.baselines = {{kTime, 100, "Ann", "commissioning", true, {}}};
     detail.baselines[0].figures[0] = {60.0, 0.1};
+    detail.longest_shelving_s = 7.0 * 86400.0;
+    detail.raw_from_time_s = kTime - 120.0;
     detail.configuration_hash = "abc";
     return detail;
   }
@@ -138,7 +140,7 @@ class FakeBackend : public Backend {
     bare.id = 3;
     bare.alarm = "disk";
     std::vector<Alarm> all{bare, shelved, an_alarm(1)};
-    if (question.state == AlarmFilter::active) all = {an_alarm(1)};
+    if (question.state == AlarmFilter::active || question.state == AlarmFilter::open) all = {an_alarm(1)};
     if (all.size() > question.limit) all.resize(question.limit);
     return all;
   }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // What clients may take of the server, over real sockets.
 #include <gtest/gtest.h>
+#include <ifaddrs.h>
+#include <net/if.h>
 #include <sys/resource.h>
 
 #include <atomic>
@@ -9,6 +11,7 @@
 #include <vector>
 
 #include "fake_backend.hpp"
+#include "monitor/web/channel.hpp"
 #include "monitor/web/server.hpp"
 #include "web_client.hpp"
 
@@ -156,6 +159,53 @@ TEST_F(WebLimitsTest, TooManyStreamsAreTold) {
   while (metric("resonid_http_streams") > 2.0 && seconds_since(began) < 3.0) {
   }
   const auto again = open_stream(port);
+}
+
+/// One of this machine's addresses that other machines have, too; 0: it has none.
+::in_addr_t outer_address() {
+  ::ifaddrs* all = nullptr;
+  ::in_addr_t found = 0;
+  if (::getifaddrs(&all) != 0) return 0;
+  for (const auto* i = all; i != nullptr && found == 0; i = i->ifa_next)
+    if (i->ifa_addr != nullptr && i->ifa_addr->sa_family == AF_INET && !(i->ifa_flags & IFF_LOOPBACK))
+      found = reinterpret_cast<const ::sockaddr_in*>(i->ifa_addr)->sin_addr.s_addr;
+  ::freeifaddrs(all);
+  return found;
+}
+
+TEST_F(WebLimitsTest, OneClientLeavesStreamsToTheOthers) {
+  const auto outer = outer_address();
+  if (outer == 0) GTEST_SKIP() << "this machine has no address besides loopback";
+  options.listening.address = "0.0.0.0";
+  options.limits.streams = 4;
+  options.limits.client_streams = 2;
+  const auto port = start();
+  const auto opened = [&] {
+    WebClient client(port, outer);
+    client.send(request_text("GET", "/api/v1/stream"));
+    auto reply = client.reply();
+    return std::pair(std::move(client), std::move(reply));
+  };
+  auto first = opened();
+  const auto second = opened(), refused = opened();
+  EXPECT_EQ(first.second.status, 200);
+  EXPECT_EQ(second.second.status, 200);
+  EXPECT_EQ(refused.second.status, 429);
+  EXPECT_TRUE(refused.second.headers.contains("retry-after"));
+  EXPECT_NE(refused.second.body.find(R"("field":"streams")"), std::string::npos);
+  const auto other = open_stream(port), another = open_stream(port);  // of this machine
+  first.first.close();
+  const auto began = Clock::now();
+  int status = 429;
+  while (status != 200 && seconds_since(began) < 3.0) status = opened().second.status;
+  EXPECT_EQ(status, 200);  // one that ends makes room for the next
+}
+
+TEST(WebClients, KnowsThisMachineByItsAddress) {
+  for (const auto* own : {"127.0.0.1", "127.8.0.1", "::", "::ffff:127.0.0.1"})
+    EXPECT_TRUE(is_this_machine(own)) << own;
+  for (const auto* other : {"192.0.2.7", "12.127.0.0", "2001:db8::", "fe80::", "::ffff:192.0.2.7"})
+    EXPECT_FALSE(is_this_machine(other)) << other;
 }
 
 TEST_F(WebLimitsTest, OneClientsRequestsAreLimited) {

@@ -27,11 +27,13 @@ struct HttpReply {
 /// A client that knows nothing of HTTP but how an answer is delimited: what it sends is up to the test.
 class WebClient {
  public:
-  explicit WebClient(std::uint16_t port) : fd_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+  /// `address` in the byte order of the network; 0: loopback.
+  explicit WebClient(std::uint16_t port, ::in_addr_t address = 0)
+      : fd_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
     ::sockaddr_in to{};
     to.sin_family = AF_INET;
     to.sin_port = htons(port);
-    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    to.sin_addr.s_addr = address != 0 ? address : htonl(INADDR_LOOPBACK);
     if (::connect(fd_, reinterpret_cast<::sockaddr*>(&to), sizeof to) != 0) close();
   }
   WebClient(WebClient&& other) noexcept

@@ -95,6 +95,7 @@ class AlarmModel {
       case ActionKind::relearn:
       case ActionKind::stop:
       case ActionKind::resume:
+      case ActionKind::gather:
         break;
     }
     return {};

@@ -206,7 +206,13 @@ TEST(AxisMonitor, RestsWhereThereIsNothingToFollow) {
     noise[k + 2] = 0.01 * normal(generator);
   }
   Output out;
-  run(monitor, noise, 250, out);
+  std::uint64_t furthest = 0;
+  for (std::size_t at = 0; at < noise.size(); at += 3 * 250) {
+    run(monitor, std::span(noise).subspan(at, 3 * 250), 50, out);
+    furthest = std::max(furthest, monitor.next_sample() - monitor.resume_sample());
+  }
+  EXPECT_LE(furthest, monitor.longest_stretch());
+  EXPECT_GT(2 * furthest, monitor.longest_stretch());
   EXPECT_TRUE(out.rows.empty());
   EXPECT_NE(monitor.phase(), Phase::following);
   EXPECT_FALSE(monitor.reason().empty());
@@ -348,6 +354,22 @@ TEST(AxisMonitor, TakesEachActionOnce) {
   ASSERT_TRUE(monitor.act({monitor.next_sample(), ActionKind::set_baseline, {}, 0, 2}, out));
   run(monitor, std::span(values).last(3 * 250 * 30), 250, out);
   EXPECT_FALSE(monitor.alarms()[resonance].active);
+}
+
+TEST(AxisMonitor, GathersNewerSamplesWhereItsTurnToLearnDoesNotCome) {
+  const auto values = samples_of_drive(60.0, 0.1, 1000.0, 1);
+  const std::span<const double> all = values;
+  auto monitor = AxisMonitor::create(spec_of_drive()).value();
+  Output out;
+  EXPECT_FALSE(monitor.act({0, ActionKind::gather, {}, 0, 1}, out));
+  const std::size_t taken = monitor.add(all, out);
+  ASSERT_EQ(monitor.phase(), Phase::learning);
+  ASSERT_TRUE(monitor.act({taken, ActionKind::gather, {}, 0, 1}, out));
+  EXPECT_EQ(monitor.resume_sample(), taken);
+  run(monitor, all.subspan(3 * taken), 100, out);
+  EXPECT_EQ(monitor.phase(), Phase::following);
+  ASSERT_FALSE(out.rows.empty());
+  EXPECT_GE(out.rows.front().sample, 2 * taken);
 }
 
 TEST(AxisMonitor, TellsOfSamplesThatStop) {
