@@ -38,6 +38,10 @@ const FIGURES = ["resonance_hz", "antiresonance_hz", "stiffness", "driven_inerti
 const RELATIVE_STD = { resonance_hz: 0.004, antiresonance_hz: 0.005, stiffness: 0.008, driven_inertia: 0.01, load_inertia: 0.012, damping: 0.05, coulomb_friction: 0.03, modulus_margin: 0.02, phase_margin_deg: 0.02, gap: 0.2 };
 const NAMES = ["belt-1", "conveyor-7", "feeder-a", "feeder-b", "gantry-x", "gantry-y", "lift-3", "palletizer-9", "press-2", "rotary-4", "spindle-1", "winder-5"];
 
+/** For so long an alarm can be shelved, and raw samples are kept. */
+const LONGEST_SHELVING_S = 7 * 86400;
+const RAW_S = 120;
+
 const machineOf = (name) => {
   const u = (what) => uniform(name + what);
   return { j1: 0.02 * (1 + u("j1")), j2: 0.03 * (1 + u("j2")), k: 100 * (1 + u("k")), d: 0.02 * (1 + u("d")), friction: 0.3 * (1 + u("f")) };
@@ -162,11 +166,12 @@ export class Simulation {
     const mine = [...this.alarms.values()].filter((a) => a.axis === name && !a.shelved && !a.suppressed);
     const active = mine.filter((a) => a.active);
     const open = mine.filter((a) => !a.acknowledged);
+    const told = mine.filter((a) => a.active || !a.acknowledged);
     const worst = [...open, ...active][0];
     const n = Math.round((now - this.start + 3600) * 1000);
     return {
       name, ...state, motion: name === "gantry-y" ? "linear" : "rotary", age_s: this.ageOf(name, now), latency_s: 0.04 + 0.03 * uniform(name + "l"), rate_hz: 1000, sample: n, maintenance_until_time_s: this.maintained.get(name), ...(worst ? { worst_alarm: { severity: worst.severity, text: worst.text } } : {}),
-      alarms: active.length, unacknowledged: open.length, figures,
+      alarms: told.length, unacknowledged: open.length, figures,
       samples: { received: n, missing: name === "feeder-b" ? 120 : 0, late: name === "feeder-b" ? 7 : 0, duplicate: 0, lost: 0 },
       faults: name === "feeder-b" ? [{ kind: "format", count: 3, text: "line 17: <script>alert('no')</script> is no number" }] : [], source: name === "press-2" ? "plc" : "broker",
       ...(full ? {
@@ -174,7 +179,7 @@ export class Simulation {
           method: "physical", memory_s: 20, learned_s: state.state === "learning" ? 14 : 60, start: "plan",
           gates: { ready: true, excited: state.verdict !== "not-excited", converged: state.verdict === "trusted", physical: true, residual: true, complete: state.state !== "stale", covered: true },
         },
-        loop: { controller: "pi:2.1,12" }, baselines: this.baselines.get(name), configuration_hash: "9f1c04aa",
+        loop: { controller: "pi:2.1,12" }, baselines: this.baselines.get(name), configuration_hash: "9f1c04aa", longest_shelving_s: LONGEST_SHELVING_S, raw_from_time_s: now - RAW_S,
       } : {}),
     };
   }
@@ -320,7 +325,7 @@ function files() {
   };
 }
 
-/** Starts the server. `token`: what writes need, and reads with `readToken`. Returns its address, its simulation, and how to disturb it. */
+/** Starts the server. `token`: what writes need; `readToken`: what reads need, true for the same. Returns its address, its simulation, and how to disturb it. */
 export async function startServer({ axes = 12, token = null, readToken = false, port = 0, frameMs = 100 } = {}) {
   const simulation = new Simulation({ axes });
   const fileOf = files();
@@ -330,6 +335,8 @@ export async function startServer({ axes = 12, token = null, readToken = false, 
   const sent = []; // alarm events by id
   let id = 0;
   let down = false;
+  const limits = { streams: Infinity };
+  const readsWith = readToken === true ? token : readToken || null;
 
   const write = (stream, name, data) => stream.response.write(`id: ${id}\nevent: ${name}\ndata: ${JSON.stringify(data)}\n\n`);
   const broadcastAlarm = (alarm) => {
@@ -339,8 +346,9 @@ export async function startServer({ axes = 12, token = null, readToken = false, 
   };
 
   const listed = (query) => {
-    const all = [...simulation.alarms.values()].filter((a) => !query.get("axis") || a.axis === query.get("axis"));
-    return { alarms: all.slice(0, Number(query.get("limit") ?? 100)) };
+    const open = query.get("state") === "open";
+    const all = [...simulation.alarms.values()].filter((a) => (!query.get("axis") || a.axis === query.get("axis")) && (!open || a.active || !a.acknowledged || a.latched || a.shelved));
+    return { alarms: all.sort((a, b) => b.raised_time_s - a.raised_time_s).slice(0, Number(query.get("limit") ?? 100)) };
   };
   const whole = (status) => Object.fromEntries(Object.entries(status).filter(([, value]) => value !== "" && value !== undefined));
 
@@ -377,6 +385,8 @@ export async function startServer({ axes = 12, token = null, readToken = false, 
     const [what, name, action] = parts;
     if (!body.who) throw fault(400, "1 ... 200 characters are required", "who");
     if (["shelve", "maintenance"].includes(action) && !(body.reason && body.seconds > 0)) throw fault(400, "a reason and an end are required", "reason");
+    if (action === "shelve" && body.seconds > LONGEST_SHELVING_S) throw fault(400, "7 days at most", "seconds");
+    if (action === "reset" && !simulation.alarms.get(Number(name))?.acknowledged) throw fault(409, "needs an alarm that is acknowledged", "id");
     if (what === "alarms" && simulation.alarms.has(Number(name)) && ["acknowledge", "shelve", "unshelve", "reset"].includes(action)) {
       broadcastAlarm(simulation.act(Number(name), action, body, now));
       return { accepted: true };
@@ -404,14 +414,18 @@ export async function startServer({ axes = 12, token = null, readToken = false, 
       if (request.method === "POST") {
         let text = "";
         for await (const chunk of request) text += chunk;
-        if (token !== null && request.headers.authorization !== `Bearer ${token}`) throw fault(401, "a token is needed");
+        if (token !== null && request.headers.authorization !== `Bearer ${token}`) {
+          if (readsWith && request.headers.authorization === `Bearer ${readsWith}`) throw fault(403, "this token is for reading only", "authorization");
+          throw fault(401, "a token is needed", "authorization");
+        }
         const body = JSON.parse(text);
         log.posts.push({ path: url.pathname, body });
         return json(200, change(parts, body, now));
       }
       const may = url.searchParams.get("token") ?? (request.headers.authorization ?? "").replace("Bearer ", "");
-      if (readToken && may !== token) throw fault(401, "a token is needed");
+      if (readsWith && may !== token && may !== readsWith) throw fault(401, "a token is needed", "authorization");
       if (parts[0] === "stream") {
+        if (streams.size >= limits.streams) throw fault(429, "more event streams than one client may have open", "streams");
         response.writeHead(200, { ...SECURITY, "Content-Type": "text/event-stream" });
         const stream = { response, axis: url.searchParams.get("axis") };
         const last = request.headers["last-event-id"];
@@ -464,7 +478,7 @@ export async function startServer({ axes = 12, token = null, readToken = false, 
 
   await new Promise((resolve) => { server.listen(port, "127.0.0.1", resolve); });
   return {
-    url: `http://127.0.0.1:${server.address().port}/`, simulation, log, streams,
+    url: `http://127.0.0.1:${server.address().port}/`, simulation, log, streams, limits,
     raise: (alarm) => broadcastAlarm(simulation.raise(alarm)),
     /** Every connection breaks and none is taken until restore(). */
     cut: () => { down = true; for (const socket of sockets) socket.destroy(); },

@@ -56,7 +56,7 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
     await says(`${row("conveyor-7")} .why`, /nothing moves it enough/);
     await says(`${row("press-2")} .state`, /^No data for \d+ min/);
     await says(`${row("belt-1")} .values`, /Stiffness [\d.]+ ± [\d.]+ Nm\/rad \(−[\d.]+ ± [\d.]+\) %, beyond its limit/);
-    await says("#strip .alarms", /^2 alarms active, 1 not acknowledged$/);
+    await says("#strip .alarms", /^2 alarms open, 1 not acknowledged$/);
     await says("#strip .service", /^Source plc waiting$/);
     await page.click(`${row("belt-1")} a`);
     await says("h1", /^belt-1$/);
@@ -111,7 +111,7 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
     await answer({ who: "Kim", reason: "seen, belt is ordered" });
     await says("#notices", /^Acknowledged: Stiffness fell/);
     assert.deepEqual(server.log.posts, [{ path: "/api/v1/alarms/1/acknowledge", body: { who: "Kim", reason: "seen, belt is ordered" } }]);
-    await says("#strip .alarms", /^2 alarms active$/);
+    await says("#strip .alarms", /^2 alarms open$/);
     await says(".alarm-list", /belt-1: Stiffness fell.*active, acknowledged/);
     assert.equal(await page.evaluate(() => document.activeElement.closest("dialog")), null);
     noTrouble();
@@ -122,13 +122,15 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
     await says("main", /Likely cause belt or coupling looser \(inertias unchanged\)/);
     await says("main", /Change from [\d.]+ ± [\d.]+ Nm\/rad to [\d.]+ ± [\d.]+ Nm\/rad, by −[\d.]+ ± [\d.]+ Nm\/rad \(−3 %\), 5\.0 standard deviations/);
     await press("Shelve");
+    await page.waitForSelector("dialog[open]");
+    assert.deepEqual(await texts("dialog option"), ["1 hour", "4 hours", "8 hours", "1 day", "3 days", "1 week"], "no longer than the server lets it be");
     await answer({ who: "Kim" });
     assert.equal(server.log.posts.length, 0, "without a reason nothing is shelved");
     await answer({ reason: "belt comes on Friday", seconds: "86400" });
     await says(".verdict", /shelved until \d{4}-\d\d-\d\d/);
     assert.deepEqual(server.log.posts[0].body, { who: "Kim", reason: "belt comes on Friday", seconds: 86400 });
     await says("main", /Shelved Kim belt comes on Friday/);
-    await says("#strip .alarms", /^1 alarm active$/);
+    await says("#strip .alarms", /^1 alarm open$/);
     await press("Unshelve");
     assert.equal(await page.$eval("dialog [name=who]", (e) => e.value), "Kim", "the name is remembered");
     await answer({ reason: "belt is here" });
@@ -138,13 +140,32 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
     noTrouble();
   });
 
-  test("a latched alarm that cleared is reset", async () => {
+  test("a latched alarm that cleared is reset when it is acknowledged", async () => {
     await visit("#/alarms?state=all");
-    server.raise({ id: 11, axis: "lift-3", alarm: "resonance", severity: "low", active: false, acknowledged: true, latched: true, text: "Resonance fell", since_time_s: 1.79e9, raised_time_s: 1.79e9, cleared_time_s: 1.791e9 });
-    await says('[data-alarm="11"]', /cleared, acknowledged, latched until reset/);
+    const latched = { id: 11, axis: "lift-3", alarm: "resonance", severity: "low", active: false, acknowledged: false, latched: true, text: "Resonance fell", since_time_s: 1.79e9, raised_time_s: 1.79e9, cleared_time_s: 1.791e9 };
+    server.raise(latched);
+    await says('[data-alarm="11"]', /cleared, not acknowledged, latched until reset.* Acknowledge Shelve$/);
+    server.raise({ ...latched, acknowledged: true });
+    await says('[data-alarm="11"]', /cleared, acknowledged, latched until reset.* Shelve Reset$/);
+    await says("#strip .alarms", /^3 alarms open, 1 not acknowledged$/);
+    // What the server refuses is told in its words, and not as done.
+    server.simulation.alarms.get(11).acknowledged = false;
     await press("Reset");
     await answer({ who: "Kim", reason: "checked" });
+    await says("dialog .error", /^needs an alarm that is acknowledged$/);
+    assert.equal(await text("#notices"), "");
+    server.simulation.alarms.get(11).acknowledged = true;
+    await answer({});
     await says('[data-alarm="11"] .small', /cleared, acknowledged; raised/);
+    assert.ok(troubles.length === 1 && /409/.test(troubles[0]), troubles.join("\n"));
+  });
+
+  test("an open alarm is listed, however many came after it", async () => {
+    await visit("#/status");
+    for (let id = 100; id < 1200; ++id) server.simulation.raise({ id, axis: "lift-3", alarm: "gap", severity: "low", active: false, acknowledged: true, text: "Gap rose", raised_time_s: Date.now() / 1000 });
+    await page.goto(`${server.url}#/alarms`);
+    await page.reload();
+    await says(".alarm-list", /belt-1: Stiffness fell.* winder-5: Load inertia rose/);
     noTrouble();
   });
 
@@ -161,7 +182,7 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
     await picture(page, "maintenance-axis");
     await page.goto(server.url + "#/");
     await says(`${row("belt-1")} .row-head`, new RegExp(`^belt-1 Trusted Maintenance until ${end}$`));
-    await says("#strip .alarms", /^1 alarm active$/);
+    await says("#strip .alarms", /^1 alarm open$/);
     await press("In maintenance 1");
     await says(".hits", /^1 axis of 12$/);
     await picture(page, "maintenance-fleet", false);
@@ -233,8 +254,13 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
     assert.deepEqual(await texts(".trends h3"), ["Stiffness"]);
     await says('.chips button[aria-pressed="true"]', /^Stiffness$/);
     await says(".trend-box .explain", /\(10 min\), from rows of one second/);
+    await says(".trend-box > .small", /^Raw samples that are left of this time as CSV\. Raw samples are kept since \d{4}-/);
+    const from = Number(/from=([\d.]+)/.exec(await page.$eval(".trend-box > .small a", (a) => a.href))[1]);
+    assert.ok(from > Date.now() / 1000 - 200, "nothing is offered that is no longer there");
+    assert.equal(await text(".trend-box > [role=status]"), "", "what goes on by itself is not read aloud");
     await press("1 year");
     await says(".trend-box .explain", /\(365 days\), from hourly means/);
+    await says(".trend-box > [role=status]", /\(365 days\), from hourly means/);
     await says(".trends .legend", /least … largest/);
     await press("Load inertia");
     await page.waitForFunction(() => document.querySelectorAll(".trends h3").length === 2);
@@ -269,6 +295,8 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
     await says(".trend-box .explain", /\(15 days\)/);
     await (await page.$('[aria-label="Earlier"]')).click();
     await page.waitForFunction((end) => Number(new URLSearchParams(location.hash.split("?")[1]).get("to")) < end - 10 * 86400, {}, Date.now() / 1000);
+    await says(".trend-box > .small", /^Raw samples are kept since [\d :-]+\.$/);
+    assert.equal(await page.$(".trend-box > .small a"), null);
     noTrouble();
   });
 
@@ -323,7 +351,7 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
     await page.focus(`${row("spindle-1")} a`);
     server.raise({ id: 12, axis: "spindle-1", alarm: "resonance", severity: "high", text: "Resonance fell by 2.0 +- 0.2 %", since_time_s: Date.now() / 1000, raised_time_s: Date.now() / 1000 });
     await says("#announce", /^New alarm on spindle-1: Resonance fell by 2\.0 ± 0\.2 %$/);
-    await says("#strip .alarms", /^3 alarms active, 2 not acknowledged$/);
+    await says("#strip .alarms", /^3 alarms open, 2 not acknowledged$/);
     await page.waitForFunction(() => document.querySelector(".row").dataset.axis === "spindle-1");
     assert.equal(await page.evaluate(() => document.activeElement.innerText), "spindle-1");
     assert.equal(await page.$eval("#announce", (e) => e.getAttribute("aria-live")), "polite");
@@ -347,7 +375,7 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
     await says(".stale-text", /^$/);
     assert.equal(await page.$(".live.stale"), null);
     assert.ok(server.log.resumed.at(-1) > 0, "the stream goes on from the last event");
-    await says("#strip .alarms", /^3 alarms active, 2 not acknowledged$/);
+    await says("#strip .alarms", /^3 alarms open, 2 not acknowledged$/);
     assert.ok(troubles.every((t) => /net::ERR|Failed to load/.test(t)), troubles.join("\n"));
   });
 
@@ -405,6 +433,41 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
     await page.waitForFunction((a) => a.href.endsWith("evidence.csv"), {}, csv);
   });
 
+  test("a token for reading is not enough to write, and who gives none is asked again when something is done", async () => {
+    server = await startServer({ token: "secret", readToken: "look" });
+    page = await (await browser.createBrowserContext()).newPage();
+    page.setDefaultTimeout(PATIENCE);
+    await page.goto(server.url);
+    await says("dialog", /^Token needed to read The server shows its data only with a token\./);
+    await press("Cancel");
+    await page.waitForFunction(() => !document.querySelector("dialog"));
+    await page.click('nav a[href="#/alarms"]');
+    await answer({ token: "look" });
+    await says(".alarm-list", /belt-1: Stiffness fell/);
+    await press("Acknowledge");
+    await answer({ who: "Kim" });
+    await says("dialog:last-of-type", /^Token needed The token in use is for reading only\. The server takes changes only with a token\./);
+    await page.type("dialog [name=token]", "secret");
+    await page.evaluate(() => document.querySelector("dialog [name=token]").form.requestSubmit());
+    await says("#notices", /^Acknowledged/);
+    await page.reload();
+    await says("#strip .connection", /^Connected$/);
+    assert.equal(await page.$("dialog"), null);
+  });
+
+  test("a page that is one too many says so, and has data nevertheless", async () => {
+    await visit();
+    server.limits.streams = 1;
+    const first = page;
+    page = await open(browser, {}, troubles, requested);
+    await page.goto(server.url);
+    await says("#strip .connection", /^Too many pages are open; close others for live data here$/);
+    await says(`${row("belt-1")} .why`, /^Alarm: Stiffness fell/);
+    await first.close();
+    await says("#strip .connection", /^Connected$/);
+    assert.ok(troubles.length > 0 && troubles.every((t) => /429/.test(t)), troubles.join("\n"));
+  });
+
   test("a machine that moves along a line has its units", async () => {
     await visit("#/axis/gantry-y");
     await says(".figures-table", /Stiffness [\d.]+ ± [\d.]+ N\/m .* Motor mass [\d.]+ ± [\d.]+ kg /);
@@ -447,7 +510,7 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
       await page.evaluate((where) => { location.hash = where; }, address);
       await says("#strip .store", /^Disk full: nothing is stored$/);
       assert.ok(await page.$eval("#strip .store", (e) => e.checkVisibility() && e.classList.contains("bad")), name);
-      await says("#strip .alarms", /^3 alarms active, 1 not acknowledged$/);
+      await says("#strip .alarms", /^3 alarms open, 1 not acknowledged$/);
     }
     await page.goto(server.url + "#/alarms");
     await says('[data-alarm="14"]', /^Installation: database or disk is full High; active, acknowledged; raised [\d :-]+$/);
@@ -459,7 +522,7 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
     server.raise({ ...disk, active: false, cleared_time_s: Date.now() / 1000 });
     await says("#announce", /^Everything is stored again$/);
     await page.waitForFunction(() => document.querySelector("#strip .store").hidden);
-    await says("#strip .alarms", /^2 alarms active, 1 not acknowledged$/);
+    await says("#strip .alarms", /^2 alarms open, 1 not acknowledged$/);
     noTrouble();
   });
 
@@ -483,13 +546,14 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
         rise: w.changeText(w.figureOf("phase_margin_deg"), { change: 2.04, change_std: 0.31, baseline: 50 }), none: w.changeText(k, {}),
         torque: w.changeText(w.figureOf("load_torque"), { change: 0.1, change_std: 0.01, baseline: 1e-9 }),
         times: [0.04, 0.2, 3.14159, 12.4, 119, 119.6, 7100, 7200, 90000, 200000].map(w.duration), latency: [0.0843, 1.24].map(w.latencyText),
+        lacks: [["refused", 60], ["stale", 60], ["stale", null]].map(([state, age]) => w.staleText({ state }, age)),
         sentence: w.sentence("Load inertia rose by 0.10 +- 0.01 kgm2 (0.2 -> 0.3 kgm2)"),
       };
     });
     assert.deepEqual(words, {
       value: "143.75 ± 0.78 Nm/rad", change: "(−3.58 ± 0.28)\u00a0%", rise: "+2.04 ± 0.31 °", none: "", torque: "+0.100 ± 0.010 Nm",
       times: ["0.04 s", "0.2 s", "3.1 s", "12 s", "119 s", "2 min", "118 min", "2 h", "25 h", "2 days"], latency: ["84 ms", "1.2 s"],
-      sentence: "Load inertia rose by 0.10 ± 0.01 kg m² (0.2 → 0.3 kg m²)",
+      lacks: ["Refused", "No data for 60 s", "No data"], sentence: "Load inertia rose by 0.10 ± 0.01 kg m² (0.2 → 0.3 kg m²)",
     });
     const route = await page.evaluate(async () => {
       const r = await import("./route.js");
@@ -506,10 +570,11 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
       fleet.replace([{ name: "a", state: "following", trusted: true, sample: 1, age_s: 0.05, alarms: 0, unacknowledged: 0, figures: { stiffness: { value: 5, std: 1, baseline: 6, limit: 2 } }, worst_alarm: { severity: "medium", text: "x" } }], 0);
       fleet.frame({ time_s: 1001, axes: { a: { state: "following", trusted: true, sample: 2, age_s: 0.06, latency_s: 0.02, alarms: 0, unacknowledged: 0, figures: { stiffness: { change: 1 } } } } }, 500, 2001.15);
       const a = fleet.axes.get("a");
-      return { latency: a.seen_latency_s, figure: a.figures.stiffness, worst: a.worst_alarm, age: m.ageOf(a, 2500), fresh: m.isStale(a, 5000), stale: m.isStale(a, 5500) };
+      return { latency: a.seen_latency_s, figure: a.figures.stiffness, worst: a.worst_alarm, age: m.ageOf(a, 2500), fresh: m.isStale(a, 5000), silent: m.isStale(a, 5501),
+        old: m.isStale(fleet.merge("b", { state: "following", age_s: 60, figures: {} }, 500), 600), stale: m.isStale(fleet.merge("c", { state: "stale", age_s: 1, figures: {} }, 500), 600) };
     });
     assert.ok(Math.abs(model.latency - 0.11) < 1e-6, `${model.latency}: 60 ms to the frame and 50 ms on the way`);
-    assert.deepEqual({ ...model, latency: 0 }, { latency: 0, figure: { value: null, std: null, baseline: 6, limit: 2, change: 1, change_std: null }, worst: null, age: 2.06, fresh: false, stale: true });
+    assert.deepEqual({ ...model, latency: 0 }, { latency: 0, figure: { value: null, std: null, baseline: 6, limit: 2, change: 1, change_std: null }, worst: null, age: 2.06, fresh: false, silent: true, old: false, stale: true });
   });
 
   test("the baseline's loop follows from the response and the loop of now", async () => {

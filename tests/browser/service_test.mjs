@@ -101,7 +101,7 @@ describe("page of the real service", { skip: SKIP }, () => {
     await says(`${row("belt")} .why`, /Alarm: .* fell by/, ALARM_MS);
     await page.waitForFunction(async () => (await (await fetch("api/v1/alarms?axis=belt&limit=100")).json()).alarms.some((a) => a.alarm === "stiffness"), { timeout: ALARM_MS, polling: 200 });
     assert.deepEqual(await page.$$eval(".row", (rows) => rows.map((r) => r.dataset.axis)), ["belt", "steady"]);
-    await says("#strip .alarms", /^\d+ alarms? active, \d+ not acknowledged$/);
+    await says("#strip .alarms", /^\d+ alarms? open, \d+ not acknowledged$/);
     await says(`${row("belt")} .values`, /Stiffness [\d.]+ ± [\d.]+ Nm\/rad \(−[\d.]+ ± [\d.]+\) %, alarm/);
     await picture(page, "service-fleet");
     await fits(page, axe, "fleet");

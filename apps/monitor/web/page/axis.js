@@ -9,7 +9,7 @@ import { ageOf, alarmsOfAxes, groupOf, isAlarmed, isStale, latencyOf } from "./m
 import { responsePart } from "./response.js";
 import { go, link } from "./route.js";
 import { trendsPart } from "./trends.js";
-import { beyondLimit, brief, changeText, count, duration, figureOf, fromInput, GATES, isOpen, latencyText, maintenanceText, moment, orderedFigures, sentence, sigmas, stateText, toInput, valueText, verdictText } from "./words.js";
+import { beyondLimit, brief, changeText, count, duration, figureOf, fromInput, GATES, isOpen, latencyText, maintenanceText, moment, orderedFigures, sentence, sigmas, staleText, stateText, toInput, valueText, verdictText } from "./words.js";
 
 const DETAILS_MS = 5000;
 const CLASS = ["good", "none", "none", "warning", "bad"];
@@ -146,18 +146,19 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
       if (now - asked > DETAILS_MS) details();
       if (!axis || !known) return;
       const old = isStale(axis, now);
+      const silent = old && axis.state !== "refused";
       const age = ageOf(axis, now);
-      response.update(now, axis, more?.loop ?? {}, old ? `No data for ${duration(age)}` : "");
+      response.update(now, axis, more?.loop ?? {}, old ? staleText(axis, age) : "");
       if (now - filled < 200) return;
       filled = now;
       const group = groupOf(axis, now);
       verdict.className = `verdict ${CLASS[group]}`;
       renew(verdict.firstElementChild, SIGN[group], () => [sign(SIGN[group])]);
       const worst = axis.worst_alarm && (alarmsOfAxes(alarms).get(name)?.[0] ?? axis.worst_alarm);
-      say(verdict.querySelector("b"), axis.unacknowledged ? "Alarm" : axis.alarms ? "Alarm, acknowledged" : old ? "No data" : axis.trusted ? "Trusted" : axis.state === "following" ? "Not trusted" : stateText(axis.state));
-      say(verdict.querySelector("b + span"), worst ? brief(worst.text) : (old ? `for ${duration(age)}` : axis.why ?? ""));
-      say(meta, `${stateText(old ? "stale" : axis.state)}; ${age === null ? "no samples yet" : old ? `newest sample ${duration(age)} ago` : `data ${duration(age)} old, latency ${latencyText(latencyOf(axis))}`}`);
-      say(stale, old ? `${document.body.dataset.connection === "broken" ? "The server does not answer" : "No samples arrive from this axis"}: figures and curves below are the last known ones, not those of now.` : "");
+      say(verdict.querySelector("b"), axis.unacknowledged ? "Alarm" : axis.alarms ? "Alarm, acknowledged" : silent ? "No data" : axis.trusted ? "Trusted" : axis.state === "following" ? "Not trusted" : stateText(axis.state));
+      say(verdict.querySelector("b + span"), worst ? brief(worst.text) : (silent ? `for ${duration(age)}` : axis.why ?? ""));
+      say(meta, `${stateText(silent ? "stale" : axis.state)}; ${age === null ? "no samples yet" : old ? `newest sample ${duration(age)} ago` : `data ${duration(age)} old, latency ${latencyText(latencyOf(axis))}`}`);
+      say(stale, old ? `${document.body.dataset.connection === "broken" || !["stale", "refused"].includes(axis.state) ? "The server does not answer" : silent ? "No samples arrive from this axis" : "What this axis sends is refused"}: figures and curves below are the last known ones, not those of now.` : "");
       mark(columns, "data-stale", old);
       const until = maintenanceText(axis);
       say(maintained, until && `${until}: no alarm of this axis is told.`);
@@ -168,7 +169,7 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
       estimatorPart(axis);
       samplePart(axis);
       baselinePart();
-      trends.update(now, axis);
+      trends.update(now, axis, more);
     },
     leave: () => { response.leave(); trends.leave(); },
   };

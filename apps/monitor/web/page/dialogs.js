@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What a person is asked before something is done. The browser's own <dialog> keeps the focus and gives it back.
 import { h, say } from "./dom.js";
+import { duration } from "./words.js";
 
 const WHO = "resonid-who";
 
@@ -10,8 +11,9 @@ function askAndDo({ title, text = "", fields, button, run }) {
     const error = h("p", { class: "error", role: "alert" });
     const inputs = fields.map((f) => control(f));
     const confirm = h("button", { type: "submit" }, button);
+    const id = `dialog-${++controls}`; // a question for a token may stand above another one
     let result = null;
-    const dialog = h("dialog", { "aria-labelledby": "dialog-title" },
+    const dialog = h("dialog", { "aria-labelledby": id },
       h("form", {
         method: "dialog", onsubmit: async (event) => {
           event.preventDefault();
@@ -26,7 +28,7 @@ function askAndDo({ title, text = "", fields, button, run }) {
           }
         },
       },
-      h("h2", { id: "dialog-title" }, title), text ? h("p", { class: "explain" }, text) : null,
+      h("h2", { id }, title), text ? h("p", { class: "explain" }, text) : null,
       inputs.map((i) => i.part), error,
       h("div", { class: "buttons" }, confirm, h("button", { type: "button", class: "plain-button", onclick: () => dialog.close() }, "Cancel"))));
     dialog.addEventListener("close", () => {
@@ -63,11 +65,19 @@ export const askPerson = (what) => askAndDo({
   },
 });
 
-export const DURATIONS = [[3600, "1 hour"], [4 * 3600, "4 hours"], [8 * 3600, "8 hours"], [86400, "1 day"], [3 * 86400, "3 days"], [7 * 86400, "1 week"], [30 * 86400, "30 days"]];
+const DURATIONS = [[3600, "1 hour"], [4 * 3600, "4 hours"], [8 * 3600, "8 hours"], [86400, "1 day"], [3 * 86400, "3 days"], [7 * 86400, "1 week"], [30 * 86400, "30 days"]];
 
-/** The token that the server wants for writing; null when the person gives none. */
-export const askToken = (wrong) => askAndDo({
-  title: "Token needed", text: wrong ? "The server did not take the token. It is kept until this tab is closed." : "The server takes changes only with a token. It is kept until this tab is closed.",
+/** Choices of how long (s), up to the longest that is allowed, which stands alone where all others are longer. */
+export function durations(longest = Infinity) {
+  const some = DURATIONS.filter(([seconds]) => seconds <= longest);
+  return some.length ? some : [[longest, duration(longest)]];
+}
+
+const TOKEN_FOR = { read: "The server shows its data only with a token.", write: "The server takes changes only with a token." };
+
+/** A token for reading or writing ("read", "write"); `why` the one before was not enough. Null when the person gives none. */
+export const askToken = (what, why) => askAndDo({
+  title: what === "read" ? "Token needed to read" : "Token needed", text: [why, TOKEN_FOR[what], "It is kept until this tab is closed."].filter(Boolean).join(" "),
   fields: [{ name: "token", label: "Token", kind: "password", autocomplete: "current-password" }], button: "Continue", run: async ({ token }) => token,
 });
 

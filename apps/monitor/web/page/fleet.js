@@ -3,7 +3,7 @@
 import { h, mark, say, sign } from "./dom.js";
 import { ageOf, alarmsOfAxes, FILTERS, groupOf, isAlarmed, isStale, latencyOf, matches, mostChanged, worstFirst } from "./model.js";
 import { go, link } from "./route.js";
-import { beyondLimit, changeText, duration, figureOf, latencyText, maintenanceText, orderedFigures, plural, sentence, stateText, valueText } from "./words.js";
+import { beyondLimit, changeText, duration, figureOf, latencyText, maintenanceText, orderedFigures, plural, sentence, staleText, stateText, valueText } from "./words.js";
 
 /** Figures that a row shows, and from how many standard deviations on another one takes the place of the last. */
 const FIGURES = ["resonance", "stiffness", "modulus_margin", "load_inertia"];
@@ -128,7 +128,7 @@ export function fleetView(main, { fleet, alarms, query }) {
     }
     mark(r.row, "data-stale", stale);
     const age = ageOf(axis, now);
-    say(r.state, stale ? `No data for ${duration(age)}` : axis.state === "following" ? (axis.trusted ? "Trusted" : "Not trusted") : stateText(axis.state));
+    say(r.state, stale ? staleText(axis, age) : axis.state === "following" ? (axis.trusted ? "Trusted" : "Not trusted") : stateText(axis.state));
     say(r.maintenance, maintenanceText(axis));
     const worst = axis.worst_alarm && (open.get(name)?.[0] ?? axis.worst_alarm);
     say(r.text, worst ? `${axis.unacknowledged ? "Alarm" : "Acknowledged alarm"}: ${sentence(worst.text)}` + (axis.alarms > 1 ? ` (and ${axis.alarms - 1} more)` : "")

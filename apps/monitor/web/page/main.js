@@ -3,7 +3,7 @@
 import { list } from "./report/format.js";
 import { watchLayout } from "./report/plot.js";
 import { alarmView, alarmsView } from "./alarms.js";
-import { get, readToken } from "./api.js";
+import { get, readToken, streamsAreFull } from "./api.js";
 import { axisView } from "./axis.js";
 import { compareView } from "./compare.js";
 import { h, say } from "./dom.js";
@@ -17,10 +17,14 @@ import { isOpen, plural, sentence } from "./words.js";
 
 /** All axes are asked for anew this often: what a frame left out, and the clock's difference. */
 const RESYNC_MS = 60000;
+/** Instead of a stream, where too many are open. */
+const POLL_MS = 4000;
 /** The service is asked how it is. */
 const SERVICE_MS = 10000;
 /** Texts and curves change no more often; nobody reads faster. */
 const TICK_MS = 100;
+/** One answer has no more alarms. */
+const MOST_ALARMS = 1000;
 /** New alarms within this time are told together. */
 const GATHER_MS = 1500;
 
@@ -46,9 +50,17 @@ async function resync() {
   }
 }
 
+/** The newest ones, and all that are open, however old. What is in neither has been over for long. */
 async function reloadAlarms() {
+  const before = new Set(alarms.keys());
   try {
-    for (const alarm of list((await get("alarms?limit=1000")).alarms)) alarms.set(String(alarm.id), alarm);
+    const answers = await Promise.all(["", "state=open&"].map((which) => get(`alarms?${which}limit=${MOST_ALARMS}`)));
+    const [newest, open] = answers.map((answer) => list(answer.alarms));
+    for (const alarm of [...newest, ...open]) {
+      alarms.set(String(alarm.id), alarm);
+      before.delete(String(alarm.id));
+    }
+    if (open.length < MOST_ALARMS) for (const id of before) alarms.delete(id);
   } catch (error) {
     console.warn("alarms:", error.message);
   }
@@ -91,10 +103,16 @@ const stream = new Stream({
   frame: (frame) => fleet.frame(frame, performance.now(), unixNow()),
   alarm: alarmEvent,
   axis: (status) => fleet.merge(status.name, status, performance.now()),
-  refused: resync, // which asks for a token, if that is why
+  refused: async () => {
+    resync(); // which asks for a token, if that is why
+    const full = await streamsAreFull() && stream.state === "broken";
+    if (full && !stream.full) say(document.getElementById("announce"), "Too many pages are open: no live data here");
+    if (full) reloadAlarms();
+    stream.full = full;
+  },
   response: (event) => view?.stream?.response(event),
   state: (state) => {
-    if (state === "open" && fleet.received !== null) resync();
+    if (state === "open" && fleet.server.told_at !== null) resync();
     say(document.getElementById("announce"), state === "broken" ? "Connection lost, trying again" : state === "open" ? "Connected" : "");
     document.body.dataset.connection = state;
   },
@@ -157,6 +175,7 @@ function tick(now) {
 watchLayout(main);
 resync();
 setInterval(resync, RESYNC_MS);
+setInterval(() => { if (stream.full) resync(); }, POLL_MS);
 askService();
 setInterval(askService, SERVICE_MS);
 route();

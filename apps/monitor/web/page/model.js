@@ -3,8 +3,8 @@
 import { isNumber, list, words } from "./report/format.js";
 import { bare, isOpen, severityOf, sigmas } from "./words.js";
 
-/** Without samples for so long an axis counts as stale, whatever the server last said of it. */
-const STALE_S = 5;
+/** From a server that says nothing for so long nobody knows what is now, whatever it last said of an axis. */
+const SILENT_MS = 5000;
 
 /** What a status lacks that has none. */
 const NOTHING = { why: "", age_s: null, latency_s: null, maintenance_until_time_s: null, worst_alarm: null };
@@ -12,8 +12,8 @@ const NO_FIGURE = { value: null, std: null, change: null, change_std: null };
 
 export class Fleet {
   axes = new Map();
-  /** performance.now() of the newest frame. */
-  received = null;
+  /** performance.now() of what the server last told of any axis; every axis refers to it. */
+  server = { told_at: null };
   /** Server's UNIX time less the browser's, and half the time that a question took: how well it is known. */
   offset = { s: 0, half: Infinity };
 
@@ -21,8 +21,8 @@ export class Fleet {
   replace(list, now) {
     const names = new Set(list.map((a) => a.name));
     for (const name of this.axes.keys()) if (!names.has(name)) this.axes.delete(name);
+    this.server.told_at = now;
     for (const axis of list) this.merge(axis.name, axis, now);
-    this.received = now;
   }
 
   /** A frame tells of some axes what changes; what hardly does (baseline, limit, counters) stays as it was. */
@@ -35,17 +35,18 @@ export class Fleet {
       const served = Math.max(status.latency_s ?? 0, status.age_s ?? 0);
       if (status.sample !== before && served > 0) this.axes.get(name).seen_latency_s = served + transit;
     }
-    this.received = now;
   }
 
   merge(name, status, now) {
     let axis = this.axes.get(name);
-    if (!axis) this.axes.set(name, axis = { told_at: now, figures: {} });
+    if (!axis) this.axes.set(name, axis = { server: this.server, told_at: now, figures: {} });
+    this.server.told_at = now;
     const { figures } = axis;
     for (const key in figures) Object.assign(figures[key], NO_FIGURE);
     for (const key in status.figures) figures[key] = Object.assign(figures[key] ?? {}, status.figures[key]);
     Object.assign(axis, NOTHING, status, { name, figures });
     if (isNumber(status.age_s)) axis.told_at = now;
+    return axis;
   }
 
   /** The clock's difference by a question asked at `asked` and answered at `answered` (both UNIX, the browser's). */
@@ -58,10 +59,8 @@ export class Fleet {
 /** Seconds since the newest sample of an axis. */
 export const ageOf = (axis, now) => (isNumber(axis.age_s) ? axis.age_s + Math.max(0, now - axis.told_at) / 1000 : null);
 
-export function isStale(axis, now) {
-  const age = ageOf(axis, now);
-  return axis.state === "stale" || (axis.state !== "waiting" && age !== null && age > STALE_S);
-}
+/** How old samples may be is the server's to say, which knows when they are due. */
+export const isStale = (axis, now) => axis.state === "stale" || axis.state === "refused" || (axis.state !== "waiting" && now - axis.server.told_at > SILENT_MS);
 
 /** Seconds from the newest sample to this page, or to its estimate; null where the sender's clock is ahead, so that nobody knows. */
 export const latencyOf = (axis) => axis.seen_latency_s ?? (axis.latency_s > 0 ? axis.latency_s : null);
@@ -130,12 +129,13 @@ export const troublesOf = ({ store, sources }) => ({
   sources: list(sources).filter((s) => !["starting", "running", "ended"].includes(s.state)).map((s) => `Source ${s.name} ${words(s.state ?? "").toLowerCase()}`),
 });
 
-/** For the header: the youngest data and the longest way of those that deliver, alarms (also of the installation), and axes without data. */
+/** For the header: the youngest data and the longest way of those that deliver, open alarms (also of the installation), and axes without data. */
 export function summary(axes, alarms, now) {
   const out = { axes: axes.length, stale: 0, alarms: 0, unacknowledged: 0, age: null, latency: null };
   for (const alarm of alarms.values()) {
-    if (alarm.axis || !isOpen(alarm)) continue;
-    out.alarms += alarm.active ? 1 : 0;
+    // Those of an axis it counts itself, but for what only waits to be reset.
+    if (!isOpen(alarm) || (alarm.axis && (alarm.active || !alarm.acknowledged))) continue;
+    out.alarms += 1;
     out.unacknowledged += alarm.acknowledged ? 0 : 1;
   }
   for (const axis of axes) {

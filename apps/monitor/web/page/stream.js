@@ -18,6 +18,7 @@ export class Stream {
     this.source = null;
     this.waits = FIRST_WAIT_MS;
     this.state = "connecting";
+    this.full = false; // refused because too many streams are open, as the page found out
     this.brokenAt = null;
     this.heard = performance.now();
     setInterval(() => {
@@ -46,13 +47,17 @@ export class Stream {
     source.onopen = () => {
       this.waits = FIRST_WAIT_MS;
       this.heard = performance.now();
+      this.full = false;
       this.become("open");
     };
     source.onerror = () => {
       if (source !== this.source) return;
       this.become("broken");
       // The browser tries again by itself, unless the server refused.
-      if (source.readyState !== EventSource.CLOSED) return;
+      if (source.readyState !== EventSource.CLOSED) {
+        this.full = false;
+        return;
+      }
       this.handlers.refused();
       this.later();
     };

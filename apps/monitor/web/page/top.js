@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The head of every page: whether the server is there, how old the data are, how long they took, how many alarms are active.
+// The head of every page: whether the server is there, how old the data are, how long they took, how many alarms are open.
 import { h, mark, say, sign } from "./dom.js";
 import { ageOf, isStale, summary } from "./model.js";
 import { link } from "./route.js";
-import { duration, latencyText, plural } from "./words.js";
+import { duration, latencyText, plural, staleText } from "./words.js";
 
 const LINKS = [["fleet", "Fleet", []], ["alarms", "Alarms", ["alarms"]], ["status", "Status", ["status"]]];
 
@@ -35,6 +35,7 @@ export function drawTop(header) {
       const axes = [...fleet.axes.values()];
       const all = summary(axes, alarms, now);
       if (stream.state === "open") items.connection("good", "Connected");
+      else if (stream.full) items.connection("bad", "Too many pages are open; close others for live data here");
       else if (stream.state === "broken") items.connection("bad", `Connection lost ${duration((now - stream.brokenAt) / 1000)} ago, trying again`);
       else items.connection("wait", "Connecting");
       const { store, lost, sources } = troubles;
@@ -45,12 +46,12 @@ export function drawTop(header) {
       const age = one ? ageOf(one, now) : all.age;
       const stale = one ? isStale(one, now) : all.axes > 0 && all.stale === all.axes;
       if (age === null) items.age("wait", "No data yet");
-      else if (stale) items.age("stale", `No data for ${duration(age)}`);
+      else if (stale) items.age("stale", staleText(one ?? {}, age));
       else items.age(null, `Data ${duration(age)} old` + (!one && all.stale ? `, ${plural(all.stale, "axis", "axes")} without data` : ""));
       const latency = one ? one.seen_latency_s : all.latency;
       items.latency(null, stale || latency === null || latency === undefined ? "Latency –" : `Latency ${latencyText(latency)}`);
-      if (all.alarms === 0 && all.unacknowledged === 0) items.alarms("good", "No alarm active");
-      else items.alarms(all.unacknowledged ? "bad" : "warning", `${plural(all.alarms, "alarm")} active` + (all.unacknowledged ? `, ${all.unacknowledged} not acknowledged` : ""));
+      if (all.alarms === 0 && all.unacknowledged === 0) items.alarms("good", "No alarm open");
+      else items.alarms(all.unacknowledged ? "bad" : "warning", `${plural(all.alarms, "alarm")} open` + (all.unacknowledged ? `, ${all.unacknowledged} not acknowledged` : ""));
     },
   };
 }

@@ -4,7 +4,7 @@ import { drawChart } from "./report/chart.js";
 import { isNumber, list, percent, prettyUnit, significant } from "./report/format.js";
 import { release } from "./report/plot.js";
 import { fileLink, get, part } from "./api.js";
-import { grid, h, mark, say } from "./dom.js";
+import { grid, h, mark, renew, say } from "./dom.js";
 import { tableOnDemand } from "./response.js";
 import { bare, duration, figureOf, fromInput, moment, orderedFigures, toInput } from "./words.js";
 
@@ -55,7 +55,9 @@ function chartOf(name, motion, history, [from, to], alarms, baseline) {
 }
 
 export function trendsPart(root, { name: axis, setQuery, serverNow }) {
-  const resolution = h("p", { class: "explain", role: "status" });
+  const resolution = h("p", { class: "explain" });
+  /** Read aloud where a person chose another time: what goes on by itself is not. */
+  const announced = h("p", { class: "unseen", role: "status" });
   const pick = h("div", { class: "chips", role: "group", "aria-label": "Figures" });
   const spans = h("div", { class: "chips", role: "group", "aria-label": "Time shown" });
   const [fromField, toField] = ["From", "To"].map((text) => h("input", { type: "datetime-local", step: 1, "aria-label": text }));
@@ -63,7 +65,7 @@ export function trendsPart(root, { name: axis, setQuery, serverNow }) {
   const charts = h("div", { class: "trends" });
   const problem = h("p", { class: "error", role: "alert" });
   const evidence = h("p", { class: "small" });
-  const box = h("section", { class: "trend-box" }, h("h2", {}, "Trends"), resolution,
+  const box = h("section", { class: "trend-box" }, h("h2", {}, "Trends"), resolution, announced,
     h("div", { class: "tools" }, pick), h("div", { class: "tools" }, spans, move,
       h("form", { class: "range", onsubmit: (event) => { event.preventDefault(); const [a, b] = [fromInput(fromField.value), fromInput(toField.value)]; if (a !== null && b > a) choose([a, b]); else say(problem, "The end must lie after the beginning."); } },
         h("label", {}, "from ", fromField), h("label", {}, "to ", toField), h("button", { type: "submit", class: "quiet" }, "Show"))),
@@ -82,6 +84,7 @@ export function trendsPart(root, { name: axis, setQuery, serverNow }) {
   let running = null;
   let zoomTimer = 0;
   let picked = "";
+  let chose = false;
 
   const rangeNow = () => what.range ?? [serverNow() - what.span, serverNow()];
   const choose = (range) => setQuery({ span: "", from: Math.round(range[0] * 1000) / 1000, to: Math.round(range[1] * 1000) / 1000 });
@@ -127,12 +130,21 @@ export function trendsPart(root, { name: axis, setQuery, serverNow }) {
     const kind = { row: "rows of one second", "five-minutes": "means over five minutes", hour: "hourly means", day: "daily means" }[history.resolution] ?? history.resolution;
     say(resolution, list(history.time_s).length ? `${moment(from)} to ${moment(to)} (${duration(to - from)}), from ${kind}. Drag over a chart to zoom; the back button undoes it.`
       : `Nothing stored between ${moment(from)} and ${moment(to)}.`);
+    if (chose) say(announced, resolution.textContent);
+    chose = false;
     if (!box.contains(document.activeElement) || document.activeElement.type !== "datetime-local") {
       fromField.value = toInput(from);
       toField.value = toInput(to);
     }
-    if (to - from > LONGEST_RAW_S + 1) evidence.replaceChildren("Raw samples can be had for an hour at most: zoom in.");
-    else evidence.replaceChildren(fileLink(`axes/${part(axis)}/raw?from=${from.toFixed(3)}&to=${to.toFixed(3)}`, "Raw samples of this time as CSV", { download: `${axis}.csv` }));
+  }
+
+  /** What of the time shown is still kept as raw samples, of which `oldest` is the first. */
+  function offerRaw([begin, end], oldest) {
+    const from = Math.max(begin, oldest ?? Infinity);
+    const since = isNumber(oldest) ? `Raw samples are kept since ${moment(oldest)}.` : "No raw samples are kept.";
+    const file = () => fileLink(`axes/${part(axis)}/raw?from=${from.toFixed(3)}&to=${end.toFixed(3)}`, `Raw samples ${from > begin ? "that are left of this time" : "of this time"} as CSV`, { download: `${axis}.csv`, "data-focus": "raw" });
+    renew(evidence, [from, end, since], () => (!(from < end) ? [since] : end - from > LONGEST_RAW_S + 1 ? ["Raw samples can be had for an hour at most: zoom in."]
+      : from > begin ? [file(), `. ${since}`] : [file()]));
   }
 
   async function fetchNow() {
@@ -159,8 +171,11 @@ export function trendsPart(root, { name: axis, setQuery, serverNow }) {
   }
 
   return {
-    query: (next) => { query = next; what = null; fetchedAt = -Infinity; },
-    update: (now, axis) => {
+    query: (next) => {
+      chose ||= what !== null && ["span", "from", "to"].some((key) => (next[key] ?? "") !== (query[key] ?? ""));
+      query = next; what = null; fetchedAt = -Infinity;
+    },
+    update: (now, axis, more) => {
       figures = axis.figures;
       motion = axis.motion;
       const all = orderedFigures(figures);
@@ -182,6 +197,7 @@ export function trendsPart(root, { name: axis, setQuery, serverNow }) {
         }
         for (const button of pick.children) mark(button, "aria-pressed", what.figures.includes(button.dataset.figure));
       }
+      if (shown && more) offerRaw(shown.range, more.raw_from_time_s);
       // A time that ends now goes on; one that is past stays.
       const every = what.range ? Infinity : Math.max(2000, (1000 * what.span) / 400);
       if (!running && (fetchedAt === -Infinity || now - fetchedAt > every) && document.visibilityState === "visible") fetchNow();

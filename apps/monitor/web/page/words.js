@@ -119,6 +119,9 @@ const STATES = {
 };
 export const stateText = (state) => STATES[state] ?? words(state ?? "unknown");
 
+/** What stands in the place of the state of an axis whose figures are not those of now. */
+export const staleText = (axis, age) => (axis.state === "refused" ? stateText(axis.state) : isNumber(age) ? `No data for ${duration(age)}` : "No data");
+
 const VERDICTS = {
   trusted: "Trusted", "not-measured": "Nothing measured yet", "not-ready": "Not ready", stopped: "Stopped by a limit", "samples-missing": "Samples missing",
   "not-excited": "Not excited", unphysical: "Not physical", "outside-lines": "Outside the excited lines", "not-converged": "Not converged",
