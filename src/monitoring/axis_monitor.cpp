@@ -23,7 +23,7 @@ constexpr double kUntrusted_s = 60.0;
 constexpr std::uint64_t kLongestGap = 4;                    // that is interpolated, samples
 constexpr double kMostMissing = 0.01;                       // of a stretch
 constexpr std::uint64_t kMostBroken = 3;                    // stretches in a row
-constexpr std::uint64_t kSnapshot = 0x3330'4e4f'4d44'5352;  // "RSDMON03"
+constexpr std::uint64_t kSnapshot = 0x3430'4e4f'4d44'5352;  // "RSDMON04"
 /// What a snapshot holds as it lies in memory; room for a FigureWatch that may be there.
 constexpr std::size_t kPlain = sizeof(AlarmFacts) + sizeof(AxisAlarms) + sizeof(ScaleCheck) +
                                sizeof(ScaleFinding) + 2 + sizeof(FigureWatch);
@@ -155,10 +155,14 @@ void AxisMonitor::begin_gathering() {
   stretch_ = empty_record(spec_);
   stretch_.start_time_s = static_cast<double>(next_) / spec_.sample_rate_hz;
   stretch_first_ = next_;
-  attempts_ = 0;
   gap_ = filled_ = 0;
   scales_.reset();
-  due_ = identification::detail::first_stretch(stretch_, options_);
+  gather_from(identification::detail::first_stretch(stretch_, options_), 0);
+}
+
+void AxisMonitor::gather_from(std::uint64_t due, std::uint64_t attempts) {
+  due_ = first_due_ = due;
+  attempts_ = first_attempts_ = attempts;
 }
 
 void AxisMonitor::gather(Sample sample) {
@@ -347,8 +351,10 @@ expected<void, Error> AxisMonitor::act(const Action& action, Output& out) {
   if ((phase_ == Phase::learning) != (action.kind == ActionKind::gather))
     return tl::unexpected(Error{"sample", "the axis is just learning; try again in a moment"});
   last_action_ = action.id;
-  if (action.kind == ActionKind::gather) {
+  if (action.kind == ActionKind::gather) {  // as long a stretch as that which has waited
+    const std::uint64_t due = due_, attempts = attempts_;
     begin_gathering();
+    gather_from(due, attempts);
     return {};
   }
   if (action.kind == ActionKind::stop || action.kind == ActionKind::resume) {
@@ -392,6 +398,8 @@ std::vector<std::byte> AxisMonitor::snapshot() const {
   to.put(last_row_);
   to.put(last_action_);
   to.put(broken_stretches_);
+  to.put(first_due_);
+  to.put(first_attempts_);
   ByteWriter plain;
   plain.put(facts_);
   plain.put(alarms_);
@@ -429,6 +437,9 @@ expected<AxisMonitor, Error> AxisMonitor::restore(AxisSpec spec, std::span<const
   from.get(m.last_row_);
   from.get(m.last_action_);
   from.get(m.broken_stretches_);
+  std::uint64_t first_due = 0, first_attempts = 0;
+  from.get(first_due);
+  from.get(first_attempts);
   const auto any = FigureWatch::create(1.0, 1.0, 16.0, 50.0);
   std::vector<std::byte> plain;
   from.get_sparse_sized(plain, kPlain);
@@ -456,7 +467,12 @@ expected<AxisMonitor, Error> AxisMonitor::restore(AxisSpec spec, std::span<const
   }
   if (!from.at_end()) return refused("is damaged");
   const std::string reason = m.reason_;
-  if (m.phase_ == Phase::gathering || m.phase_ == Phase::learning) m.begin_gathering();
+  if (m.phase_ == Phase::gathering || m.phase_ == Phase::learning) {
+    m.begin_gathering();
+    if (first_due < m.due_ || first_due > m.longest_stretch() || first_attempts >= kStretches)
+      return refused("is damaged");
+    m.gather_from(first_due, first_attempts);
+  }
   m.reason_ = reason;
   return made;
 }

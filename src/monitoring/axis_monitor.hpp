@@ -120,6 +120,7 @@ class AxisMonitor {
   void put(const online::AxisSample<double>& s, double position);
   void miss_while_gathering(std::uint64_t count);
   void begin_gathering();
+  void gather_from(std::uint64_t due, std::uint64_t attempts);
   void rest(std::string reason);
   void follow(Sample sample, Output& out);
   void take_row(Output& out);
@@ -141,9 +142,10 @@ class AxisMonitor {
 
   data::Record stretch_;
   std::uint64_t stretch_first_ = 0;  // its first sample
-  std::size_t due_ = 0, attempts_ = 0;
-  std::uint64_t gap_ = 0;                            // samples missing after its last one
-  std::uint64_t filled_ = 0, broken_stretches_ = 0;  // missing ones in it; those before it that gaps ended
+  std::uint64_t due_ = 0, attempts_ = 0;
+  std::uint64_t first_due_ = 0, first_attempts_ = 0;  // when the stretch began
+  std::uint64_t gap_ = 0;                             // samples missing after its last one
+  std::uint64_t filled_ = 0, broken_stretches_ = 0;   // missing ones in it; those before it that gaps ended
   std::uint64_t rest_until_ = 0, rest_samples_ = 0;
   std::string reason_;
 

@@ -231,6 +231,8 @@ class Engine::Impl {
     if (s.learning.load(std::memory_order_acquire)) {
       if (!waits_too_long(s, now) || !withdraw(s)) return 0;
       act_as_service(s, {0, ActionKind::gather});
+      s.snapshot_useful = true;  // which lets go of the samples of the stretch
+      s.snapshot_due = now;
     }
     release(s);
     if (s.monitor.phase() == Phase::learning && gathered_then(s)) take_actions(s);
@@ -301,6 +303,7 @@ class Engine::Impl {
     learning_.notify_one();
   }
   [[nodiscard]] bool waits_too_long(const Slot& s, Clock::time_point now) const {
+    // Beyond that there may be no room for the longest message.
     return s.ring->end() - s.ring->read() > s.ring->settings().capacity / 2 &&
            duration<double>(now - s.waits_since).count() >= options_.learning_patience_s;
   }
@@ -328,7 +331,8 @@ class Engine::Impl {
       to_learn_.pop_front();
       lock.unlock();
       s.monitor.learn();
-      s.place = 0;
+      // Who needs more samples keeps it: the sooner some are done, the sooner there is time for the others.
+      if (s.monitor.phase() != Phase::gathering) s.place = 0;
       s.learning.store(false, std::memory_order_release);
       lock.lock();
     }

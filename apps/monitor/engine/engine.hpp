@@ -78,7 +78,7 @@ struct EngineOptions {
   double first_sample_s = 60.0;    ///< The same before its very first one: who watches may come first.
   /// An axis that has waited for its turn to learn for so long, and whose ring is half full, takes newer
   /// samples instead of making its source wait.
-  double learning_patience_s = 5.0;
+  double learning_patience_s = 2.0;
   double publish_every_s = 0.05, curve_every_s = 0.5;
   /// How a UNIX time in ns is written in the texts of alarms; empty: as local date and time.
   std::function<std::string(std::int64_t)> time_text = {};

@@ -316,7 +316,7 @@ Installation demo_installation(const std::filesystem::path& data, double speed, 
         *monitoring::detector_interval_s(all.false_alarm_interval_s, kDetectors * machines.size());
     axis.columns = {"ru", "u", "y", ""};
     axis.source = "demo";
-    axis.ring_s *= std::max(1.0, 0.25 * speed);
+    axis.ring_s *= std::max(1.0, 0.5 * speed);  // a snapshot lets go of what came in 10 s
     axis.configuration = "demo " + machine.axis;
     all.axes.push_back(std::move(axis));
   }

@@ -135,7 +135,6 @@ TEST(Service, AnswersWhileItRunsAndTakesActions) {
   EXPECT_LT(stiffness.change, 0.0);
   EXPECT_NEAR(stiffness.limit, stiffness.baseline - 10.0, 1e-9);
   EXPECT_EQ(axis->longest_shelving_s, 604'800.0);
-  EXPECT_LT(axis->status.age_s, 60.0);  // since they came, whatever the sender's clock says
   const double now_s = static_cast<double>(now_ns()) * 1e-9, kept_s = axis->raw_from_time_s;
   EXPECT_LT(kept_s, now_s);
   const auto raw = backend.raw("axis0", kept_s + 5.0, kept_s + 6.0);
