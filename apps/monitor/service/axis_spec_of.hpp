@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "monitor/service/configuration.hpp"
@@ -13,6 +14,9 @@ namespace resonid::monitor {
 [[nodiscard]] expected<monitoring::AxisSpec> axis_spec_of(const Configuration& configuration,
                                                           const std::string& name, const AxisConfig& axis,
                                                           double interval_s, std::vector<std::string>& notes);
+
+/// Whether the key `controller` of an axis tells it; else it names a file.
+[[nodiscard]] bool tells_controller(std::string_view text);
 
 /// The library's words with the names of its options as keys: without the dot that it puts before them.
 [[nodiscard]] std::string library_keys(std::string text);

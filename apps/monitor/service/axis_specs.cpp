@@ -134,7 +134,7 @@ class SpecBuilder {
   void set_controller() {
     if (a_.controller.empty()) return;
     std::string text = a_.controller;
-    if (!text.starts_with("pi:") && !text.starts_with('{')) {
+    if (!tells_controller(text)) {
       const auto path = file("controller", text);
       if (!path) return;
       text = *path;
@@ -186,6 +186,8 @@ class SpecBuilder {
 };
 
 }  // namespace
+
+bool tells_controller(std::string_view text) { return text.starts_with("pi:") || text.starts_with('{'); }
 
 std::string library_keys(std::string text) {
   for (std::size_t i = 0; i + 2 < text.size(); ++i)

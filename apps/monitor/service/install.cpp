@@ -11,6 +11,7 @@
 #include <resonid/io/shipped_experiments.hpp>
 #include <utility>
 
+#include "monitor/service/axis_spec_of.hpp"
 #include "monitor/service/source_settings.hpp"
 #include "monitoring/threshold.hpp"
 
@@ -272,10 +273,9 @@ expected<Installation, Error> installation_of(const Configuration& configuration
     axis.channel = c.channel;
     axis.ring_s = c.ring_s;
     axis.configuration = learning_text(configuration, spec.name);
-    // For a command that is run elsewhere.
-    const bool in_words =
-        c.controller.empty() || c.controller.starts_with("pi:") || c.controller.starts_with('{');
-    axis.controller = in_words ? c.controller : configuration.file(c.controller).string();
+    axis.controller = c.controller;
+    if (!c.controller.empty() && !tells_controller(c.controller))  // for a command that is run elsewhere
+      axis.controller = configuration.file(c.controller).string();
     axis.spec = std::move(spec);
     all.axes.push_back(std::move(axis));
   }

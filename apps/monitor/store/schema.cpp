@@ -78,12 +78,12 @@ CREATE TABLE events (
   id INTEGER PRIMARY KEY, axis INTEGER NOT NULL, sample INTEGER NOT NULL, alarm TEXT NOT NULL,
   transition TEXT NOT NULL, alarm_id TEXT NOT NULL, time_ns INTEGER NOT NULL, text TEXT NOT NULL,
   json TEXT NOT NULL, action INTEGER NOT NULL, UNIQUE (axis, sample, alarm, transition, action));
+CREATE INDEX events_of_alarm ON events (alarm_id);
 )";
 constexpr const char* kFromVersion1 = R"(
 INSERT INTO events SELECT id, axis, sample, alarm, transition, alarm_id, time_ns, text, json, 0 FROM events_1;
 DROP TABLE events_1;
 )";
-constexpr const char* kIndexOfEvents = "CREATE INDEX events_of_alarm ON events (alarm_id)";
 
 constexpr std::string_view kTablesToCheck[] = {
     "meta",         "axes",      "configurations",  "positions", "alarms",
@@ -135,7 +135,6 @@ void prepare_schema(Connection& connection, const std::string& path, std::string
   if (empty) {
     connection.execute(kSchema);
     connection.execute(kVersion2);
-    connection.execute(kIndexOfEvents);
     connection.execute(fmt::format("PRAGMA application_id={}", kApplication));
     run(connection, "INSERT INTO meta VALUES ('installation', lower(hex(randomblob(16))))");
   } else if (connection.pragma("user_version") < kSchemaVersion) {
@@ -143,7 +142,6 @@ void prepare_schema(Connection& connection, const std::string& path, std::string
         "ALTER TABLE events RENAME TO events_1; DROP INDEX events_of_alarm; DROP TABLE positions");
     connection.execute(kVersion2);
     connection.execute(kFromVersion1);
-    connection.execute(kIndexOfEvents);
   }
   connection.execute(fmt::format("PRAGMA user_version={}", kSchemaVersion));
   run(connection, "INSERT INTO meta VALUES ('program', ?) ON CONFLICT DO UPDATE SET value = excluded.value",
