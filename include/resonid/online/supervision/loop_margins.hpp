@@ -49,9 +49,8 @@ class MarginScan {
   bool step(Real frequency_hz, Complex loop, Real std = LoopMargins<Real>::kAbsent) noexcept {
     const bool usable = std::isfinite(loop.real()) && std::isfinite(loop.imag());
     if (usable) {
-      const Real distance = std::abs(Real(1) + loop);
-      if (!(distance >= margins_.modulus_margin))
-        take_modulus(distance, frequency_hz, std * std::sqrt(Real(0.5)));
+      if (is_nearest(Real(1) + loop))
+        take_modulus(std::abs(Real(1) + loop), frequency_hz, std * std::sqrt(Real(0.5)));
     }
     bool crossed = false;
     if (usable && last_usable_ && last_ != Complex(0) && loop != Complex(0)) {
@@ -95,18 +94,23 @@ class MarginScan {
     return std::clamp((std::conj(d) * (Complex(-1) - a)).real() / length, Real(0), Real(1));
   }
 
+  /// Whether a point is nearer to -1 than all before it, `difference` its 1 + L.
+  bool is_nearest(Complex difference) const noexcept {
+    return !(std::norm(difference) >= margins_.modulus_margin * margins_.modulus_margin);
+  }
   bool look_for_unit_gain(Complex loop, Real frequency_hz, Real std) noexcept {
+    const bool falls = std::norm(last_) >= Real(1);
+    if (falls == (std::norm(loop) >= Real(1))) return false;
     const Real before = std::log(std::abs(last_));
     const Real here = std::log(std::abs(loop));
-    if ((before >= Real(0)) == (here >= Real(0))) return false;
-    const Real t = before / (before - here);
+    const Real t = before == Real(0) ? Real(0) : before / (before - here);
     const Real crossing_hz =
         last_hz_ > Real(0) ? last_hz_ * std::pow(frequency_hz / last_hz_, t) : t * frequency_hz;
     const Real part = (crossing_hz - last_hz_) / (frequency_hz - last_hz_);
     const Real margin = phase_margin(between(last_, loop, part));
     if (!(std::abs(margin) >= std::abs(margins_.worst_phase_margin_deg)))
       margins_.worst_phase_margin_deg = margin;
-    if (before < Real(0)) return false;
+    if (!falls) return false;
     newest_hz_ = crossing_hz;
     newest_margin_deg_ = margin;
     if (std::isnan(margins_.crossover_hz)) {
@@ -134,14 +138,15 @@ class MarginScan {
   }
   void look_for_modulus(Complex loop, Real step_hz, Real std) noexcept {
     const Real nearest = nearest_on_chord(last_, loop);
-    const Real distance = std::abs(Real(1) + last_ + nearest * (loop - last_));
-    if (!(distance < margins_.modulus_margin)) return;
+    const Complex difference = Real(1) + last_ + nearest * (loop - last_);
+    if (!is_nearest(difference)) return;
     const Real before = (Real(1) - nearest) * last_std_, here = nearest * std;
-    take_modulus(distance, last_hz_ + nearest * step_hz,
+    take_modulus(std::abs(difference), last_hz_ + nearest * step_hz,
                  std::sqrt(Real(0.5) * (before * before + here * here)));
   }
   /// Neighbours more than 90 degrees apart say nothing about the crossing.
   void look_for_negative_real_axis(Complex loop, Real frequency_hz) noexcept {
+    if (!(last_.real() < Real(0)) || last_.imag() * loop.imag() > Real(0)) return;  // most lines
     const Real turn = std::arg(loop / last_);
     const Real before = std::arg(-last_);
     const Real quarter = Real(0.5) * kHalfTurn;

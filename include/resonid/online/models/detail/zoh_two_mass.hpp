@@ -66,22 +66,15 @@ struct ZohTwoMass {
     for (std::size_t i = 0; i < kStates; ++i) e[0][i][i] = Real(1);
     for (int k = kTerms; k >= 1; --k) {  // Horner: I + X/1 (I + X/2 (I + ...))
       const Real inverse = Real(1) / static_cast<Real>(k);
-      std::array<Block, kDerivatives + 1> next{};
-      next[0] = product(x[0], e[0], x[0]);
-      for (std::size_t d = 1; d <= derivatives; ++d)
-        next[d] = sum(product(x[d], e[0], x[d]), linear(x[0], e[d]));
+      multiply_from_left(x, e, derivatives);
       for (std::size_t d = 0; d <= derivatives; ++d)
-        for (auto& row : next[d])
+        for (auto& row : e[d])
           for (Real& entry : row) entry *= inverse;
-      for (std::size_t i = 0; i < kStates; ++i) next[0][i][i] += Real(1);
-      e = next;
+      for (std::size_t i = 0; i < kStates; ++i) e[0][i][i] += Real(1);
     }
     for (int s = 0; s < squarings; ++s) {
-      std::array<Block, kDerivatives + 1> next{};
-      next[0] = product(e[0], e[0], e[0]);
-      for (std::size_t d = 1; d <= derivatives; ++d)
-        next[d] = sum(product(e[d], e[0], e[d]), linear(e[0], e[d]));
-      e = next;
+      const auto half = e;
+      multiply_from_left(half, e, derivatives);
     }
     ZohTwoMass zoh;
     zoh.ab = e[0];
@@ -92,6 +85,12 @@ struct ZohTwoMass {
  private:
   static constexpr int kTerms = sizeof(Real) > 4 ? 10 : 7;  // left out: 0.5^11/11! = 1e-11, 0.5^8/8! = 1e-7
 
+  /// Value and derivatives of the product l e, in place of e.
+  static void multiply_from_left(const std::array<Block, kDerivatives + 1>& l,
+                                 std::array<Block, kDerivatives + 1>& e, std::size_t derivatives) noexcept {
+    for (std::size_t d = 1; d <= derivatives; ++d) e[d] = sum(product(l[d], e[0], l[d]), linear(l[0], e[d]));
+    e[0] = product(l[0], e[0], l[0]);
+  }
   /// Upper rows of [l; 0] [r; 0 1]: the last column of `l` passes through.
   static Block product(const Block& l, const Block& r, const Block& last) noexcept {
     Block p = linear(l, r);
