@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
+#include <sys/time.h>
 #include <unistd.h>
 
 enum { SAMPLES = 100, COLUMNS = 3, RATE_HZ = 2000, LONGEST = 2048 };
@@ -58,11 +59,13 @@ static size_t make_frame(unsigned char* frame, const char* axis, uint64_t first)
 }
 
 static int connected(const char* host, const char* port) {
+  const struct timeval patience = {10, 0}; /* for an acknowledgement */
   struct addrinfo wanted = {0}, *found = NULL;
   wanted.ai_socktype = SOCK_STREAM;
   if (getaddrinfo(host, port, &wanted, &found) != 0) return -1;
   int s = socket(found->ai_family, found->ai_socktype, found->ai_protocol);
   if (s >= 0 && connect(s, found->ai_addr, found->ai_addrlen) != 0) close(s), s = -1;
+  if (s >= 0) setsockopt(s, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
   freeaddrinfo(found);
   return s;
 }
@@ -96,10 +99,11 @@ int main(int argc, char** argv) {
       if (send(s, frame, length, MSG_NOSIGNAL) != (ssize_t)length) break;
       const uint64_t wanted = next_wanted(s, argv[3]);
       if (wanted == UINT64_MAX) break; /* connect again and send from `next` on */
+      if (wanted <= next) fprintf(stderr, "the server took nothing; its page says why\n"), sleep(1);
       next = wanted;
     }
     if (s >= 0) close(s);
-    if (next < end) sleep(1);
+    if (next < end) fprintf(stderr, "no connection or no acknowledgement; trying again\n"), sleep(1);
   }
   return next >= end ? 0 : 1;
 }

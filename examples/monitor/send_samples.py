@@ -57,7 +57,10 @@ def next_wanted(stream, axis):
     answer = stream.read(named + 12)
     if len(answer) < named + 12 or answer[:4] != b"RSNA" or signed(answer[:-4]) != answer:
         raise ConnectionError("no acknowledgement")
-    return struct.unpack_from("<Q", answer, named)[0]
+    wanted = struct.unpack_from("<Q", answer, named)[0]
+    if wanted == REFUSED:
+        sys.exit(f"the server takes no samples of axis {axis}")
+    return wanted
 
 
 def measure(sample):
@@ -71,13 +74,16 @@ def main():
     while done < end:
         try:
             with socket.create_connection((host, port), timeout=10) as connection, connection.makefile("rb") as stream:
+                # Goes on where the server stands. A drive whose own count has begun again at 0 must not ask: it would be told
+                # the old number. It sends from 0, with times.
                 connection.sendall(question(axis))
-                done = next_wanted(stream, axis)  # goes on where the server stands
+                done = next_wanted(stream, axis)
                 while done < end:
-                    if done == REFUSED:
-                        sys.exit(f"the server takes no samples of axis {axis}")
                     connection.sendall(frame(axis, done, [measure(k) for k in range(done, done + SAMPLES)]))
-                    done = next_wanted(stream, axis)
+                    before, done = done, next_wanted(stream, axis)
+                    if done <= before:
+                        print("the server took nothing; its page says why", file=sys.stderr)
+                        time.sleep(0.5)
         except OSError as error:
             print(f"{error}; trying again", file=sys.stderr)
             time.sleep(0.2)

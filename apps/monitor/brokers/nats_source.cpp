@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <chrono>
 
 #include "monitor/brokers/broker_source.hpp"
 #include "monitor/brokers/nats_handles.hpp"
@@ -14,6 +15,7 @@ namespace {
 
 constexpr double kLook_s = 0.1;  // from one look at the counters to the next
 constexpr std::int64_t kSubscribe_ms = 5000;
+constexpr auto kDrain = std::chrono::seconds(1);  // in which what waits in memory is taken at the end
 
 class NatsSource final : public BrokerSource {
  public:
@@ -42,14 +44,29 @@ class NatsSource final : public BrokerSource {
       return fmt::format("{}: {}", connection.error().where.view(), connection.error().requirement.view());
     std::vector<Subscription> subscriptions(settings_.subjects.size());
     std::string why = follow(**connection, subscriptions);
-    for (auto& subscription : subscriptions)
-      if (subscription.handle) natsSubscription_Unsubscribe(subscription.handle.get());
-    std::unique_lock lock(ending_);
-    ended_.wait(lock, [&] {
+    end(subscriptions, (*connection)->connected());
+    return why;
+  }
+
+  /// Takes what waits in memory, for a while and where there is room; what is left is counted as lost.
+  void end(std::vector<Subscription>& subscriptions, bool connected) {
+    const auto all_ended = [&] {
       return std::all_of(subscriptions.begin(), subscriptions.end(),
                          [](const Subscription& s) { return s.ended || !s.handle; });
-    });
-    return why;
+    };
+    for (auto& subscription : subscriptions)
+      if (connected && subscription.handle) natsSubscription_Drain(subscription.handle.get());
+    if (std::unique_lock lock(ending_); connected) ended_.wait_for(lock, kDrain, all_ended);
+    for (auto& subscription : subscriptions) {
+      if (!subscription.handle) continue;
+      count_dropped(subscription);
+      int waiting = 0;
+      if (natsSubscription_GetPending(subscription.handle.get(), &waiting, nullptr) == NATS_OK)
+        delivery_.count_lost(static_cast<std::uint64_t>(waiting));
+      natsSubscription_Unsubscribe(subscription.handle.get());
+    }
+    std::unique_lock lock(ending_);
+    ended_.wait(lock, all_ended);
   }
 
   [[nodiscard]] std::string follow(NatsConnection& connection, std::vector<Subscription>& subscriptions) {
@@ -101,7 +118,7 @@ class NatsSource final : public BrokerSource {
     const NatsMessage message(raw);
     const auto& subscription = *static_cast<Subscription*>(closure);
     NatsSource& source = *subscription.source;
-    if (source.stopping() || !source.feed_.take(subscription.topic, natsMsg_GetSubject(raw), payload_of(raw)))
+    if (!source.feed_.take(subscription.topic, natsMsg_GetSubject(raw), payload_of(raw)))
       source.delivery_.count_lost(1);
   }
 

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace resonid::monitor {
 namespace {
@@ -43,6 +44,18 @@ std::int64_t host_now_ns() {
 /// By how much a time is off the host's clock.
 double off_host_ns(std::int64_t time_ns) { return std::abs(static_cast<double>(time_ns - host_now_ns())); }
 
+/// Sample at which the newest anchor of a ring stands; its oldest one where that anchor is overwritten.
+std::uint64_t newest_anchor(const Ring& ring) {
+  std::uint64_t sample = 0;
+  for (std::uint64_t position = ring.begin(); position < ring.end();) {
+    const Piece piece = ring.piece(position);
+    // A piece begins at an anchor or where the ring's memory does.
+    if (position == ring.begin() || position % ring.settings().capacity != 0) sample = piece.first_sample;
+    position += piece.samples;
+  }
+  return sample;
+}
+
 }  // namespace
 
 std::vector<std::string> ring_channels(const ColumnNames& columns) {
@@ -55,6 +68,7 @@ std::vector<std::string> ring_channels(const ColumnNames& columns) {
 Intake::Intake(Ring& ring, ColumnNames columns)
     : ring_(ring),
       names_(std::move(columns)),
+      clock_anchor_(newest_anchor(ring)),
       told_rate_(ring.settings().sample_rate_hz),
       arrival_rate_(ring.settings().sample_rate_hz) {
   std::stable_partition(names_.begin(), names_.end(), [](const std::string& name) { return !name.empty(); });
@@ -77,7 +91,7 @@ Intake::Progress Intake::progress() const {
 
 void Intake::reached(const SourcePosition& position) {
   const std::lock_guard lock(mutex_);
-  if (!position.at_or_before(ring_.source())) ring_.commit(position, ring_.sender_offset());
+  if (!far_ && !position.at_or_before(ring_.source())) ring_.commit(position, ring_.sender_offset());
 }
 
 Intake::Outcome Intake::add(const Arrival& arrival, const SourcePosition& position) {
@@ -88,7 +102,8 @@ Intake::Outcome Intake::add(const Arrival& arrival, const SourcePosition& positi
   return outcome;
 }
 
-Intake::Outcome Intake::take(const Arrival& arrival, const SourcePosition& position) {
+/// @param sure a gap before it is confirmed
+Intake::Outcome Intake::take(const Arrival& arrival, const SourcePosition& position, bool sure) {
   const std::uint64_t samples = arrival.samples(), before = come_before(arrival, position);
   if (samples == 0 && arrival.values.empty()) return Outcome::taken;
   if (before == samples && before > 0) {
@@ -99,9 +114,18 @@ Intake::Outcome Intake::take(const Arrival& arrival, const SourcePosition& posit
   const double rate = ring_.settings().sample_rate_hz;
   const std::uint64_t most = samples - before + static_cast<std::uint64_t>(rate);  // a gap filled included
   if (!ring_.room(std::min(most, ring_.most_samples()), 1)) return Outcome::full;
+  if (far_ && arrival.first_sample && goes_on_from_far(*arrival.first_sample + before)) {
+    // The same one again: from a sender that waits until it is taken.
+    sure = *arrival.first_sample + before == far_->first && samples - before >= far_->samples;
+    if (!sure) return take_far() == Outcome::full ? Outcome::full : take(arrival, position);
+  }
   auto place = place_of(arrival, before);
   if (!place) {
     count(counters_.lost, samples - before);
+    return Outcome::refused;
+  }
+  if (!sure && !likely(*place)) {
+    keep_far(arrival, position, before);
     return Outcome::refused;
   }
   const std::uint64_t left = samples - place->skipped, next = ring_.next_sample();
@@ -138,7 +162,37 @@ Intake::Outcome Intake::take(const Arrival& arrival, const SourcePosition& posit
   SourcePosition reached = position.told() ? position : ring_.source();
   if (position.told() && !arrival.ends.empty()) reached.word[3] = arrival.ends.back();
   ring_.commit(reached, place->offset);
+  if (far_ && !sure) count(counters_.lost, far_->samples);  // one wrong index
+  far_.reset();
   return Outcome::taken;
+}
+
+/// Takes the message that was refused, now that it is confirmed; keeps it where there is no room.
+Intake::Outcome Intake::take_far() {
+  Far far = *std::exchange(far_, std::nullopt);
+  std::vector<std::string_view> columns;
+  const Outcome outcome = take(far.message.arrival(columns), far.position, true);
+  if (outcome == Outcome::full) far_ = std::move(far);
+  return outcome;
+}
+
+/// Whether samples from this one on, as the sender counts, confirm the message that was refused.
+bool Intake::goes_on_from_far(std::uint64_t first) const {
+  return first >= far_->first &&
+         static_cast<double>(first - far_->first) <=
+             kSuddenGap_s * ring_.settings().sample_rate_hz + static_cast<double>(far_->samples);
+}
+
+/// Refuses a message until another confirms it: its source may not send it again.
+void Intake::keep_far(const Arrival& arrival, const SourcePosition& position, std::uint64_t before) {
+  const std::uint64_t first = arrival.first_sample.value_or(0) + before;
+  const std::uint64_t due = ring_.next_sample() - ring_.sender_offset();
+  if (far_) count(counters_.lost, far_->samples);  // two wrong ones do not confirm each other
+  far_ = Far{ArrivalCopy(arrival), position, first, arrival.samples() - before};
+  faults_.note(Fault::order,
+               fmt::format("sample {} comes where {} is due, {:.0f} s of samples before it, in less time; it "
+                           "is left out until a next message goes on from it, which is required",
+                           first, due, static_cast<double>(first - due) / ring_.settings().sample_rate_hz));
 }
 
 /// Samples at the beginning of a message that the ring has, by the position of the source.
@@ -229,17 +283,7 @@ std::optional<Intake::Place> Intake::place_of(const Arrival& arrival, std::uint6
   }
   place.sample = first + skipped + place.offset;
   const std::uint64_t samples = arrival.samples() - skipped;
-  if (place.sample >= next) {
-    if (likely(place, samples)) return place;
-    faults_.note(
-        Fault::order,
-        fmt::format(
-            "sample {} comes where {} is due, {:.0f} s of samples before it, in less time; it is left "
-            "out, and a next message that goes on from it is required",
-            first + skipped, next - place.offset,
-            1e-9 * interval_ns * static_cast<double>(place.sample - next)));
-    return std::nullopt;
-  }
+  if (place.sample >= next) return place;
   if (restarts(place, samples)) {
     // More than a second, so that nobody takes the samples before and after it for consecutive ones.
     const auto second = static_cast<std::uint64_t>(ring_.settings().sample_rate_hz) + 1;
@@ -265,10 +309,12 @@ std::optional<Intake::Place> Intake::place_of(const Arrival& arrival, std::uint6
 }
 
 /// Whether a gap can be: the time that the sender tells, else this machine's clock, went on as far since the
-/// newest sample, or the message before told of it too. One wrong index would have all that come after it
-/// late.
-bool Intake::likely(const Place& place, std::uint64_t samples) {
-  const double interval_s = 1.0 / ring_.settings().sample_rate_hz;
+/// newest sample. One wrong index would have all that come after it late.
+bool Intake::likely(const Place& place) const {
+  if (place.sample <= ring_.next_sample()) return true;
+  const double gap_s =
+      static_cast<double>(place.sample - ring_.next_sample()) / ring_.settings().sample_rate_hz;
+  if (place.restarted || ring_.end() == 0 || gap_s <= kSuddenGap_s) return true;
   const auto clock = ring_.next_time_ns();
   double passed_s = 0.0;
   if (place.time_ns && clock)
@@ -277,17 +323,7 @@ bool Intake::likely(const Place& place, std::uint64_t samples) {
     return true;
   else
     passed_s = static_cast<double>(host_now_ns() - arrived_ns_) / kSecond_ns;
-  const double gap_s = interval_s * static_cast<double>(place.sample - ring_.next_sample());
-  if (ring_.end() == 0 || gap_s <= kSuddenGap_s + kGapPerTime * std::max(0.0, passed_s)) {
-    far_.reset();
-    return true;
-  }
-  // Also the same one again: from a sender that waits until it is taken.
-  const bool continued = far_ && place.sample >= far_->first &&
-                         interval_s * static_cast<double>(place.sample - far_->first) <=
-                             kSuddenGap_s + interval_s * static_cast<double>(far_->second - far_->first);
-  far_ = {place.sample, place.sample + samples};
-  return continued;
+  return gap_s <= kSuddenGap_s + kGapPerTime * std::max(0.0, passed_s);
 }
 
 /// Whether samples with indices that were due before are new ones of a sender that counts from the beginning

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "monitor/samples/arrival.hpp"
+#include "monitor/samples/arrival_copy.hpp"
 #include "monitor/samples/faults.hpp"
 #include "monitor/samples/rate_check.hpp"
 #include "monitor/samples/ring.hpp"
@@ -51,11 +52,11 @@ struct SampleCounters {
 /// Takes what arrives for one axis into its ring: columns become channels, doubles are left out, gaps of up
 /// to a second are filled with missing samples and longer ones skipped. A gap of more than 10 s and 1.1 times
 /// what passed meanwhile, by the sender's time or without by the host's clock, counts once a second message
-/// goes on from it; the first one is refused. The sender's clock is followed as far as it can be believed: a
-/// jump beyond some seconds counts once the messages of three seconds agree with it, or the host's clock
-/// does. Time goes back only where the clock was far ahead, and past a gap.
-/// Values stay as they came. What is wrong is counted and named, a rate too that is not the axis' own by the
-/// sender's times or, without, by when its samples come; nothing throws.
+/// goes on from it; the first one is refused until then, and taken before the second. The sender's clock is
+/// followed as far as it can be believed: a jump beyond some seconds counts once the messages of three
+/// seconds agree with it, or the host's clock does. Time goes back only where the clock was far ahead, and
+/// past a gap. Values stay as they came. What is wrong is counted and named, a rate too that is not the axis'
+/// own by the sender's times or, without, by when its samples come; nothing throws.
 ///
 /// A sender that numbers its samples gets every sample exactly once. One that does not is taken to send
 /// consecutive samples, and each message once by the position that its source tells. For any thread.
@@ -67,7 +68,7 @@ class Intake {
   enum class Outcome {
     taken,
     duplicate,  ///< All of it is in the ring already.
-    refused,    ///< Cannot be used; the faults tell why.
+    refused,    ///< Cannot be used; the faults tell why. After a gap that is not confirmed it is kept.
     full  ///< The reader is too far behind: less than a second is free. Nothing was taken or counted: to be
           ///< given again, or lost().
   };
@@ -77,6 +78,8 @@ class Intake {
 
   /// Samples that a source knows to have been lost.
   void lost(std::uint64_t samples) noexcept { count(counters_.lost, samples); }
+  /// Samples that a source has passed over, knowing that the ring has them.
+  void passed_over(std::uint64_t samples) noexcept { count(counters_.duplicate, samples); }
 
   /// Index by the sender's count of the sample that is due, all before it being in the ring.
   [[nodiscard]] std::uint64_t next_for_sender() const;
@@ -90,7 +93,8 @@ class Intake {
   [[nodiscard]] Progress progress() const;
   /// When the newest samples came, UNIX time (ns); 0: none came yet.
   [[nodiscard]] std::int64_t arrived_ns() const noexcept { return arrived_ns_; }
-  /// The source has come so far, and all of this axis before it was given to add().
+  /// The source has come so far, and all of this axis before it was given to add(). Not while a message waits
+  /// for another to confirm its gap: after a kill it is to come again.
   void reached(const SourcePosition& position);
   [[nodiscard]] const SampleCounters& counters() const noexcept { return counters_; }
   /// Why the newest message was refused; empty where it was taken.
@@ -121,6 +125,12 @@ class Intake {
     doubted,  ///< Far from what is due, and nothing confirms it: the ring's clock goes on.
     anew      ///< The ring's clock is far ahead: it begins anew after a gap.
   };
+  /// A message that was refused, since it is far ahead of what was due.
+  struct Far {
+    ArrivalCopy message;
+    SourcePosition position;
+    std::uint64_t first = 0, samples = 0;  ///< By the sender, without those that the ring had.
+  };
   /// A time far from what is due, that messages tell since then.
   struct Claim {
     std::uint64_t sample = 0;
@@ -130,12 +140,15 @@ class Intake {
   static void count(std::atomic<std::uint64_t>& counter, std::uint64_t by) noexcept {
     counter.fetch_add(by, std::memory_order_relaxed);
   }
-  [[nodiscard]] Outcome take(const Arrival& arrival, const SourcePosition& position);
+  [[nodiscard]] Outcome take(const Arrival& arrival, const SourcePosition& position, bool sure = false);
+  [[nodiscard]] Outcome take_far();
+  [[nodiscard]] bool goes_on_from_far(std::uint64_t first) const;
+  void keep_far(const Arrival& arrival, const SourcePosition& position, std::uint64_t before);
   [[nodiscard]] std::uint64_t come_before(const Arrival& arrival, const SourcePosition& position) const;
   [[nodiscard]] bool usable(const Arrival& arrival, std::uint64_t left);
   [[nodiscard]] bool map_columns(const Arrival& arrival);
   [[nodiscard]] std::optional<Place> place_of(const Arrival& arrival, std::uint64_t skipped);
-  [[nodiscard]] bool likely(const Place& place, std::uint64_t samples);
+  [[nodiscard]] bool likely(const Place& place) const;
   [[nodiscard]] bool restarts(const Place& place, std::uint64_t samples);
   void leave_out(std::uint64_t from, std::uint64_t to);
   [[nodiscard]] Trust trust_in(const Place& place, std::uint64_t gap);
@@ -155,11 +168,11 @@ class Intake {
       gaps_;  ///< Newest indices that never came: [first, last).
   std::uint64_t again_next_ = 0,
                 again_ = 0;  ///< A run of samples that are there: the next one, their number.
-  std::optional<std::pair<std::uint64_t, std::uint64_t>> far_;  ///< A message too far ahead: [first, last).
+  std::optional<Far> far_;
   double deviation_ns_ = 0.0;  ///< Told time less that of the ring, of the last message.
   std::optional<std::pair<std::uint64_t, std::int64_t>> told_;  ///< Sample and time of the last message.
   std::optional<Claim> claim_;
-  std::uint64_t clock_anchor_ = 0;  ///< Sample of the newest anchor that was put for the clock.
+  std::uint64_t clock_anchor_;  ///< Sample of the newest anchor.
   RateCheck told_rate_, arrival_rate_;
   bool not_finite_ = false;           ///< The newest sample.
   std::atomic<bool> refused_{false};  ///< The newest message.

@@ -144,6 +144,12 @@ unexpected<Error> Ring::failed(std::string what) const {
 
 expected<std::unique_ptr<Ring>, Error> Ring::open(const std::filesystem::path& path,
                                                   const RingSettings& settings) {
+  std::string damage;
+  return open(path, settings, damage);
+}
+
+expected<std::unique_ptr<Ring>, Error> Ring::open(const std::filesystem::path& path,
+                                                  const RingSettings& settings, std::string& damage) {
   if (auto checked = check_ring(settings); !checked) return unexpected<Error>(checked.error());
   const auto message = [] { return std::generic_category().message(errno); };
   std::unique_ptr<Ring> ring(new Ring);
@@ -166,10 +172,15 @@ expected<std::unique_ptr<Ring>, Error> Ring::open(const std::filesystem::path& p
     if (auto made = ring->make(bytes); !made) return unexpected<Error>(made.error());
     return ring;
   }
+  const auto damaged = [&](std::string what) {
+    damage = what;
+    return ring->failed(std::move(what) + "; remove or rename the file");
+  };
+  if (header.magic == std::array<char, 8>{}) return damaged("this ring of samples begins with zeros");
   if (magic != kMagic)
     return ring->failed("this is no ring of samples, and is left as it is; another file name is required");
   if (got < static_cast<::ssize_t>(sizeof header) || header.checksum != checksum_of(header))
-    return ring->failed("the header of this ring of samples is damaged; remove or rename the file");
+    return damaged("the header of this ring of samples is damaged");
   if (header.version != kRingVersion || header.anchors != kAnchors)
     return ring->failed(
         fmt::format("a ring of samples of version {}; {} is required", header.version, kRingVersion));
@@ -178,22 +189,22 @@ expected<std::unique_ptr<Ring>, Error> Ring::open(const std::filesystem::path& p
         fmt::format("this ring of samples is of {}; {} is required: remove or rename the file",
                     in_words(there), in_words(settings)));
   if (static_cast<std::uint64_t>(status.st_size) != bytes)
-    return ring->failed(
-        fmt::format("this ring of samples has {} bytes, {} are required: it was cut; remove or "
-                    "rename the file",
-                    status.st_size, bytes));
+    return damaged(
+        fmt::format("this ring of samples has {} bytes, {} are required: it was cut", status.st_size, bytes));
   if (auto mapped = ring->map(bytes); !mapped) return unexpected<Error>(mapped.error());
-  if (auto restored = ring->restore(); !restored) return unexpected<Error>(restored.error());
+  if (auto what = ring->restore(); !what.empty()) return damaged(std::move(what));
   return ring;
 }
 
 expected<std::unique_ptr<Ring>, Error> Ring::open_or_renew(const std::filesystem::path& path,
                                                            const RingSettings& settings, bool& renewed) {
   const auto there = settings_in(path);
-  renewed = there && *there != settings;
-  if (!renewed) return open(path, settings);
-  const auto old = open(path, *there);
-  if (!old) return unexpected<Error>(old.error());
+  std::string damage;
+  renewed = false;
+  auto old = open(path, there.value_or(settings), damage);
+  if (!old && !damage.empty()) return replace_damaged(path, settings, damage);
+  renewed = old && there && *there != settings;
+  if (!renewed) return old;
   auto fresh = path;
   fresh += ".new";
   std::error_code code;
@@ -202,6 +213,7 @@ expected<std::unique_ptr<Ring>, Error> Ring::open_or_renew(const std::filesystem
   if (!made) return made;
   (*made)->put_anchor((*old)->next_sample(), std::nullopt);
   (*made)->commit((*old)->source(), (*old)->sender_offset());
+  if (auto synced = (*made)->sync(); !synced) return unexpected<Error>(synced.error());
   std::filesystem::rename(fresh, path, code);
   if (code)
     return (*made)->failed(fmt::format("cannot take the place of '{}': {}", path.string(), code.message()));
@@ -209,7 +221,28 @@ expected<std::unique_ptr<Ring>, Error> Ring::open_or_renew(const std::filesystem
   return made;
 }
 
-/// A new file. Its magic is written first as that of an unfinished one and last as that of a ring.
+expected<std::unique_ptr<Ring>, Error> Ring::replace_damaged(const std::filesystem::path& path,
+                                                             const RingSettings& settings,
+                                                             const std::string& damage) {
+  std::filesystem::path aside;
+  std::error_code code;
+  for (int number = 1; aside.empty() || std::filesystem::exists(aside, code); ++number) {
+    aside = path;
+    aside += fmt::format(".damaged-{}", number);
+  }
+  std::filesystem::rename(path, aside, code);
+  if (code)
+    return unexpected<Error>(Error{{},
+                                   fmt::format("{}, and it cannot be renamed: {}", damage, code.message()),
+                                   std::nan(""),
+                                   path.string()});
+  auto made = open(path, settings);
+  if (made) (*made)->set_aside_ = fmt::format("{}; it is now '{}'", damage, aside.string());
+  return made;
+}
+
+/// A new file. Its magic is written first as that of an unfinished one and last as that of a ring, when all
+/// else is safe from a power cut.
 expected<void, Error> Ring::make(std::uint64_t bytes) {
   if (::pwrite(descriptor_, kUnfinished.data(), kUnfinished.size(), 0) !=
       static_cast<::ssize_t>(kUnfinished.size()))
@@ -224,6 +257,7 @@ expected<void, Error> Ring::make(std::uint64_t bytes) {
   std::memcpy(map_ + kMagic.size(), reinterpret_cast<const std::byte*>(&header) + kMagic.size(),
               sizeof header - kMagic.size());
   write_slot();
+  if (auto synced = sync(); !synced) return synced;
   store(*reinterpret_cast<std::uint64_t*>(map_), std::bit_cast<std::uint64_t>(header.magic));
   return {};
 }
@@ -244,40 +278,43 @@ expected<void, Error> Ring::map(std::uint64_t bytes) {
   return {};
 }
 
+expected<void, Error> Ring::sync() const {
+  if (::fsync(descriptor_) == 0) return {};
+  return failed(fmt::format("cannot write the ring of samples: {}", std::generic_category().message(errno)));
+}
+
 Ring::~Ring() {
   if (map_ != nullptr) ::munmap(map_, bytes_);
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-/// Takes up the newest commit that is whole.
-expected<void, Error> Ring::restore() {
+/// Takes up the newest commit that is whole; else what is damaged.
+std::string Ring::restore() {
   SlotWords newest{};
   for (std::uint64_t slot = 0; slot < 2; ++slot) {
     SlotWords words{};
     std::memcpy(words.data(), map_ + kSlotsAt + slot * kSlotBytes, sizeof words);
     if (words[0] == slot_checksum(words) && words[1] >= newest[1]) newest = words;
   }
-  const auto damaged = [this](std::string_view what) {
-    return failed(fmt::format("{} of this ring of samples; remove or rename the file", what));
-  };
-  if (newest[1] == 0) return damaged("both commits are damaged");
+  const std::string wrong_anchors = "this ring of samples has wrong anchors";
+  if (newest[1] == 0) return "in this ring of samples both commits are damaged";
   sequence_ = newest[1];
   put_end_ = newest[2];
   put_sample_ = newest[3];
   put_anchors_ = newest[4];
   sender_offset_ = newest[5];
   std::copy_n(newest.begin() + 6, 4, source_.word.begin());
-  if (put_end_ > 0 && put_anchors_ == 0) return damaged("no anchors");
+  if (put_end_ > 0 && put_anchors_ == 0) return "this ring of samples has no anchors";
   Anchor before;
   for (std::uint64_t k = oldest_anchor(put_anchors_); k < put_anchors_; ++k) {
     const Anchor now = anchor(k);
     if (now.position < before.position || now.sample < before.sample || now.position > put_end_ ||
         now.sample > put_sample_ || now.sample - before.sample < now.position - before.position ||
         !(now.interval_ns > 0.0) || !(now.interval_ns < 1e18))
-      return damaged("wrong anchors");
+      return wrong_anchors;
     before = now;
   }
-  if (put_sample_ - before.sample < put_end_ - before.position) return damaged("wrong anchors");
+  if (put_sample_ - before.sample < put_end_ - before.position) return wrong_anchors;
   begin_ = begin_at(put_end_, put_anchors_);
   read_ = begin_.load();
   anchors_ = put_anchors_;

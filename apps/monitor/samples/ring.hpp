@@ -54,7 +54,8 @@ class Ring {
                                                                    const RingSettings& settings);
   /// As open(). A ring of other settings is replaced by an empty one, which `renewed` says: its next sample
   /// has the index that was due, and source and sender go on where they were. A process that is killed leaves
-  /// the one or the other.
+  /// the one or the other. A damaged one, or zeros as a power cut may leave them, is renamed to
+  /// PATH.damaged-N, which set_aside() says, and an empty one begun.
   [[nodiscard]] static expected<std::unique_ptr<Ring>, Error> open_or_renew(const std::filesystem::path& path,
                                                                             const RingSettings& settings,
                                                                             bool& renewed);
@@ -64,6 +65,9 @@ class Ring {
 
   [[nodiscard]] const RingSettings& settings() const noexcept { return settings_; }
   [[nodiscard]] std::size_t channels() const noexcept { return settings_.channels.size(); }
+  /// What was wrong with the file in whose place open_or_renew() made this one, and where that is now; empty:
+  /// there was none.
+  [[nodiscard]] const std::string& set_aside() const noexcept { return set_aside_; }
 
   // For the thread that writes.
 
@@ -122,9 +126,16 @@ class Ring {
   };
 
   Ring() = default;
+  /// As open(); `damage`: what is damaged of a ring that was found.
+  [[nodiscard]] static expected<std::unique_ptr<Ring>, Error> open(const std::filesystem::path& path,
+                                                                   const RingSettings& settings,
+                                                                   std::string& damage);
+  [[nodiscard]] static expected<std::unique_ptr<Ring>, Error> replace_damaged(
+      const std::filesystem::path& path, const RingSettings& settings, const std::string& damage);
   [[nodiscard]] expected<void, Error> make(std::uint64_t bytes);
   [[nodiscard]] expected<void, Error> map(std::uint64_t bytes);
-  [[nodiscard]] expected<void, Error> restore();
+  [[nodiscard]] expected<void, Error> sync() const;
+  [[nodiscard]] std::string restore();
   [[nodiscard]] unexpected<Error> failed(std::string what) const;
   [[nodiscard]] Anchor anchor(std::uint64_t number) const noexcept;
   void set_anchor(std::uint64_t number, const Anchor& anchor) const noexcept;
@@ -136,6 +147,7 @@ class Ring {
 
   std::filesystem::path path_;
   RingSettings settings_;
+  std::string set_aside_;
   int descriptor_ = -1;
   std::byte* map_ = nullptr;
   std::uint64_t bytes_ = 0;

@@ -126,6 +126,8 @@ struct Service::Parts {
       auto ring =
           Ring::open_or_renew(installation.data / "rings" / (axis.spec.name + ".ring"), settings, renewed);
       if (!ring) return std::move(ring.error());
+      if (const std::string& damage = (*ring)->set_aside(); !damage.empty())
+        say(LogLevel::warning, "axis {}: {}, and a new one is made", axis.spec.name, damage);
       if (renewed)
         say(LogLevel::warning,
             "axis {}: its ring of raw samples is made anew, for another rate, other columns or another "

@@ -35,12 +35,14 @@ struct FileIdentity {
   std::uint64_t birth_ns = 0;  ///< 0: the file system does not tell.
   std::uint64_t size = 0;      ///< Now.
 
+  // A reboot or another mount may give the device another number: the birth, where it is known, tells more.
   [[nodiscard]] bool is(const FileIdentity& other) const noexcept {
-    return device == other.device && inode == other.inode && birth_ns == other.birth_ns;
+    return inode == other.inode && birth_ns == other.birth_ns && (birth_ns > 0 || device == other.device);
   }
   [[nodiscard]] bool is_of(const SourcePosition& position) const noexcept {
-    return position.word[0] == device && position.word[1] == inode && position.word[2] >= birth_ns &&
-           position.word[2] - birth_ns <= kMostTruncations;
+    return position.word[1] == inode && position.word[2] >= birth_ns &&
+           position.word[2] - birth_ns <= kMostTruncations &&
+           (birth_ns > 0 || position.word[0] == device || size >= position.word[3]);
   }
 };
 
@@ -155,8 +157,7 @@ class FileSource final : public ThreadSource {
         best = file;
         if (!file_)
           for (const Intake* intake : delivery_.axes().all())
-            if (const auto position = intake->position(); position.word[0] == other.device)
-              after_ns = std::max(after_ns, position.word[2]);
+            after_ns = std::max(after_ns, intake->position().word[2]);
       } else if (best && after_ns > 0 && other.birth_ns > after_ns &&
                  other.birth_ns < best->identity.birth_ns) {
         best = file;
@@ -181,18 +182,20 @@ class FileSource final : public ThreadSource {
     generation_ = identity_.birth_ns;
     offset_ = 0;
     ahead_.clear();
-    const auto newest = identity_of(settings_.path);
+    const std::vector<NamedFile> generations = generations_of(settings_.path);
     std::vector<SourcePosition> stands;
     std::vector<Intake*> elsewhere;
     bool behind = false;  // one that knows nothing of this file
     for (Intake* intake : delivery_.axes().all()) {
-      const SourcePosition position = intake->position();
+      SourcePosition position = intake->position();
       if (identity_.is_of(position)) {
+        // By another number of the device, what is read again would be new.
+        if (std::exchange(position.word[0], identity_.device) != identity_.device) intake->reached(position);
         stands.push_back(position);
         generation_ = std::max(generation_, position.word[2]);
-      } else if (position.word[0] == identity_.device &&
-                 ((identity_.birth_ns > 0 && position.word[2] > identity_.birth_ns) ||
-                  (newest && !newest->is(identity_) && newest->is_of(position)))) {
+      } else if (std::any_of(generations.begin(), generations.end(), [&](const NamedFile& other) {
+                   return comes_later(other) && other.identity.is_of(position);
+                 })) {
         ahead_.insert(intake);
       } else {
         elsewhere.push_back(intake);
@@ -215,6 +218,13 @@ class FileSource final : public ThreadSource {
     if (from > 0 || decoder_.wants_names()) learn_names(file, from);
     if (from > 0) go_to(from);
     return true;
+  }
+
+  /// Whether a file is read after the one that is open.
+  bool comes_later(const NamedFile& other) const {
+    return !other.identity.is(identity_) &&
+           (other.path == settings_.path ||
+            (identity_.birth_ns > 0 && other.identity.birth_ns > identity_.birth_ns));
   }
 
   SourcePosition position_at(std::uint64_t byte) const {
@@ -349,7 +359,11 @@ class FileSource final : public ThreadSource {
     const auto* arrival = std::get_if<Arrival>(&message);
     if (arrival == nullptr) return;
     if (frames()) safe_ = decoder_.end_of(*arrival);
-    if (!ahead_.empty() && ahead_.contains(delivery_.find(arrival->axis))) return;
+    if (!ahead_.empty())
+      if (Intake* const intake = delivery_.find(arrival->axis); ahead_.contains(intake)) {
+        delivery_.count_message();
+        return intake->passed_over(arrival->samples());
+      }
     static_cast<void>(deliver(*arrival, position_at(decoder_.end_of(*arrival))));
   }
 

@@ -26,7 +26,8 @@ struct FileSettings {
 /// an intake is full nothing is read.
 ///
 /// Position: device, inode, time of birth (ns; 0 where the file system does not know) plus the number of
-/// truncations, byte.
+/// truncations, byte. The device may have another number after a reboot: it matters only where the time of
+/// birth is not known and the file is shorter than that byte.
 ///
 /// Errors: no path; poll_s not > 0.
 [[nodiscard]] expected<std::unique_ptr<Source>, Error> make_file_source(FileSettings settings, Axes& axes);

@@ -6,6 +6,7 @@
 
 #include <cerrno>
 #include <utility>
+#include <vector>
 
 namespace resonid::monitor {
 namespace {
@@ -42,13 +43,12 @@ void TcpConnection::receive(std::span<char> buffer) {
 void TcpConnection::take(const Message& message) {
   unfinished_ = 0;
   if (const auto* arrival = std::get_if<Arrival>(&message)) {
-    if (!kept_.empty() || !handle(*arrival)) kept_.push_back(copy_of(*arrival));
+    if (!kept_.empty() || !handle(*arrival)) kept_.push_back({ArrivalCopy(*arrival)});
   } else if (const auto* question = std::get_if<Question>(&message)) {
     if (kept_.empty()) return answer(question->axis);
-    Kept kept;
-    kept.axis = question->axis;
-    kept.question = true;
-    kept_.push_back(std::move(kept));
+    Arrival asked;
+    asked.axis = question->axis;
+    kept_.push_back({ArrivalCopy(asked), true});
   } else {
     delivery_.faults().note(Fault::format, "an acknowledgement by a client; frames are required");
   }
@@ -69,28 +69,14 @@ void TcpConnection::answer(std::string_view axis) {
   answers_ += encoded(Acknowledgement{axis, intake ? intake->next_for_sender() : Acknowledgement::kRefused});
 }
 
-TcpConnection::Kept TcpConnection::copy_of(const Arrival& arrival) {
-  Kept kept{std::string(arrival.axis),
-            {arrival.columns.begin(), arrival.columns.end()},
-            {arrival.values.begin(), arrival.values.end()},
-            arrival,
-            false};
-  kept.arrival.ends = {};  // a connection is no stream that is gone on with
-  return kept;
-}
-
 void TcpConnection::deliver_kept() {
+  std::vector<std::string_view> columns;
   while (!kept_.empty()) {
-    Kept& kept = kept_.front();
-    if (kept.question) {
-      answer(kept.axis);
-    } else {
-      const std::vector<std::string_view> columns(kept.columns.begin(), kept.columns.end());
-      kept.arrival.axis = kept.axis;
-      kept.arrival.columns = columns;
-      kept.arrival.values = kept.values;
-      if (!handle(kept.arrival)) return;
-    }
+    const Kept& kept = kept_.front();
+    if (kept.question)
+      answer(kept.message.axis());
+    else if (!handle(kept.message.arrival(columns)))
+      return;
     kept_.pop_front();
     last_ = Clock::now();
   }

@@ -8,8 +8,8 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
+#include "monitor/samples/arrival_copy.hpp"
 #include "monitor/sources/decoder.hpp"
 #include "monitor/sources/delivery.hpp"
 #include "monitor/sources/descriptor.hpp"
@@ -44,19 +44,14 @@ class TcpConnection {
   [[nodiscard]] std::size_t unfinished() const noexcept { return unfinished_; }
 
  private:
-  /// A message that outlives the buffer it came in.
   struct Kept {
-    std::string axis;
-    std::vector<std::string> columns;
-    std::vector<double> values;
-    Arrival arrival;  ///< Without what points to something.
-    bool question = false;
+    ArrivalCopy message;
+    bool question = false;  ///< About the message's axis.
   };
 
   void take(const Message& message);
   [[nodiscard]] bool handle(const Arrival& arrival);
   void answer(std::string_view axis);
-  [[nodiscard]] static Kept copy_of(const Arrival& arrival);
 
   Descriptor socket_;
   Decoder decoder_;

@@ -114,7 +114,7 @@ class TcpSource final : public NetworkSource {
       }
       if (!socket) return true;
       if (connections_.size() >= settings_.most_connections && !make_room()) {
-        ++turned_away_;
+        turn_away("a client was turned away");
         continue;
       }
       const int on = 1;
@@ -135,9 +135,15 @@ class TcpSource final : public NetworkSource {
         oldest = client.connection.get();
     if (oldest == nullptr || Clock::now() - oldest->last() < std::chrono::duration<double>(kNewcomer_s))
       return false;
-    ++turned_away_;
+    turn_away("a client that had sent nothing of use had to make room for another");
     drop(oldest->socket());
     return true;
+  }
+
+  void turn_away(std::string_view what) {
+    ++turned_away_;
+    delivery_.faults_of_none().note(
+        Fault::size, fmt::format("{}; at most {} at once are required", what, settings_.most_connections));
   }
 
   void attend(TcpConnection& connection, std::uint32_t events) {

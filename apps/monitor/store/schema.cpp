@@ -115,6 +115,39 @@ class Deadline {
   QuickClock::time_point end_;
 };
 
+/// Makes or renews the tables. What is up to date is not written: a start must not need room on the disk.
+void bring_up_to_date(Connection& connection, bool empty) {
+  if (!empty && connection.pragma("user_version") == kSchemaVersion) return;
+  Transaction transaction(connection, Transaction::Kind::write);
+  if (empty) {
+    connection.execute(kSchema);
+    connection.execute(kVersion2);
+    connection.execute(fmt::format("PRAGMA application_id={}", kApplication));
+    run(connection, "INSERT INTO meta VALUES ('installation', lower(hex(randomblob(16))))");
+  } else {
+    connection.execute(
+        "ALTER TABLE events RENAME TO events_1; DROP INDEX events_of_alarm; DROP TABLE positions");
+    connection.execute(kVersion2);
+    connection.execute(kFromVersion1);
+  }
+  connection.execute(fmt::format("PRAGMA user_version={}", kSchemaVersion));
+  transaction.commit();
+}
+
+/// Which version wrote last; where the disk is full a later start notes it.
+void note_program(Connection& connection, std::string_view version) {
+  {
+    Query query(connection, "SELECT value FROM meta WHERE key = 'program'");
+    if (query.next() && query.bytes(0) == version) return;
+  }
+  try {
+    run(connection, "INSERT INTO meta VALUES ('program', ?) ON CONFLICT DO UPDATE SET value = excluded.value",
+        version);
+  } catch (const SqliteFailure& failure) {
+    if (failure.fault() != StoreFault::full) throw;
+  }
+}
+
 }  // namespace
 
 void prepare_schema(Connection& connection, const std::string& path, std::string_view program_version) {
@@ -130,23 +163,15 @@ void prepare_schema(Connection& connection, const std::string& path, std::string
                                     "program that wrote it",
                                     path, version, kSchemaVersion));
   }
+  if (sqlite3_db_readonly(connection.handle(), "main") == 1)
+    throw SqliteFailure(StoreFault::read_only,
+                        fmt::format("'{}' is read-only; it must be writable for this user", path));
   connection.execute("PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA wal_autocheckpoint=0");
-  Transaction transaction(connection, Transaction::Kind::write);
-  if (empty) {
-    connection.execute(kSchema);
-    connection.execute(kVersion2);
-    connection.execute(fmt::format("PRAGMA application_id={}", kApplication));
-    run(connection, "INSERT INTO meta VALUES ('installation', lower(hex(randomblob(16))))");
-  } else if (connection.pragma("user_version") < kSchemaVersion) {
-    connection.execute(
-        "ALTER TABLE events RENAME TO events_1; DROP INDEX events_of_alarm; DROP TABLE positions");
-    connection.execute(kVersion2);
-    connection.execute(kFromVersion1);
-  }
-  connection.execute(fmt::format("PRAGMA user_version={}", kSchemaVersion));
-  run(connection, "INSERT INTO meta VALUES ('program', ?) ON CONFLICT DO UPDATE SET value = excluded.value",
-      program_version);
-  transaction.commit();
+  // The files of the log stay when the last connection closes: on a full disk they could not be made again.
+  int keep = 1;
+  sqlite3_file_control(connection.handle(), nullptr, SQLITE_FCNTL_PERSIST_WAL, &keep);
+  bring_up_to_date(connection, empty);
+  note_program(connection, program_version);
 }
 
 void check_quickly(Connection& connection, const std::string& path, double limit_s) {
@@ -161,11 +186,8 @@ void check_quickly(Connection& connection, const std::string& path, double limit
       if (deadline.passed()) return;
       throw;
     }
-    throw SqliteFailure(
-        StoreFault::damaged,
-        fmt::format("'{}' is damaged, table {}: {}; restore a copy, or start once with the damaged "
-                    "file moved aside (monitoring then begins anew)",
-                    path, table, found));
+    throw SqliteFailure(StoreFault::damaged, fmt::format("'{}' is damaged, table {}: {}{}", path, table,
+                                                         found, remedy_of_damage(path)));
   }
 }
 

@@ -34,7 +34,7 @@ StoreFault fault_of(int code, int system) {
   }
 }
 
-std::string_view requirement_of(StoreFault fault) {
+std::string requirement_of(StoreFault fault, const std::string& path) {
   switch (fault) {
     case StoreFault::full:
       return "; free space on that file system";
@@ -43,8 +43,7 @@ std::string_view requirement_of(StoreFault fault) {
     case StoreFault::read_only:
       return "; it must be writable for this user";
     case StoreFault::damaged:
-      return "; restore a copy, or start once with the damaged file moved aside (monitoring then begins "
-             "anew)";
+      return remedy_of_damage(path);
     default:
       return "";
   }
@@ -60,11 +59,18 @@ std::string_view requirement_of(StoreFault fault) {
   const StoreFault fault = fault_of(code, system);
   std::string why = handle != nullptr ? sqlite3_errmsg(handle) : sqlite3_errstr(code);
   if (system != 0) why += fmt::format(" ({})", std::generic_category().message(system));
-  throw SqliteFailure(
-      fault, fmt::format("'{}' is {}, {}: {}{}", path, name_of(fault), doing, why, requirement_of(fault)));
+  throw SqliteFailure(fault, fmt::format("'{}' is {}, {}: {}{}", path, name_of(fault), doing, why,
+                                         requirement_of(fault, path)));
 }
 
 }  // namespace
+
+std::string remedy_of_damage(const std::string& path) {
+  return fmt::format(
+      "; stop the service and move '{0}', '{0}-wal' and '{0}-shm' to another folder, then start it with a "
+      "backup in their place, or with none: it then begins anew",
+      path);
+}
 
 Connection::Connection(const std::string& path, int flags, int busy_ms) : path_(path) {
   sqlite3* handle = nullptr;

@@ -148,6 +148,9 @@ class Transaction {
   bool open_ = true;
 };
 
+/// What a person can do about a damaged database; begins with a semicolon.
+[[nodiscard]] std::string remedy_of_damage(const std::string& path);
+
 /// CRC-32 of a blob.
 [[nodiscard]] std::int64_t crc_of(std::string_view bytes) noexcept;
 

@@ -112,6 +112,11 @@ Store::Impl::Impl(std::string file, const StoreOptions& wanted)
   sqlite3_wal_hook(connection_.handle(), note_wal_pages, &wal_pages_);
 }
 
+/// The log stays as an empty file: one with pages would be taken for part of a backup that is put in place.
+Store::Impl::~Impl() {
+  sqlite3_exec(connection_.handle(), "PRAGMA journal_size_limit=0", nullptr, nullptr, nullptr);
+}
+
 Store::Impl::AxisState& Store::Impl::axis(const std::string& name) {
   if (const auto known = axes_.find(name); known != axes_.end()) return known->second;
   run(connection_, "INSERT INTO axes (name) VALUES (?) ON CONFLICT DO NOTHING", name);
@@ -181,9 +186,12 @@ void Store::Impl::write_rows(const Batch& batch, Committed& done) {
 }
 
 /// The older of two is overwritten. One that is not newer comes from a replay: it is written only where the
-/// newest is damaged, over that one.
+/// newest is damaged, over that one. Those of another configuration or version go, however new they are:
+/// their axis has begun anew, and at an earlier sample.
 void Store::Impl::write_snapshot(const SnapshotRecord& snapshot) {
   const std::int64_t id = axis(snapshot.axis).id;
+  run(connection_, "DELETE FROM snapshots WHERE axis = ? AND (configuration <> ? OR version <> ?)", id,
+      snapshot.configuration_hash, snapshot.version);
   std::int64_t slot = 0;
   {
     Query query(connection_,

@@ -17,6 +17,9 @@ namespace resonid::monitor {
 class Store::Impl {
  public:
   Impl(std::string path, const StoreOptions& options);
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+  ~Impl();
 
   Committed commit(const Batch& batch);
   Upkeep upkeep(std::int64_t now_ns);

@@ -302,16 +302,83 @@ TEST_F(IntakeTest, ALongGapIsBelievedWhereASecondMessageGoesOnFromIt) {
   add(0, 100);
   EXPECT_EQ(add(7'200'000, 100), Outcome::refused);
   EXPECT_EQ(add(7'200'120, 100), Outcome::taken);
-  EXPECT_EQ(counters().missing, 7'200'020U);
-  EXPECT_EQ(counters().lost, 100U);
+  EXPECT_EQ(counters().missing, 7'199'920U);
+  EXPECT_EQ(counters().lost, 0U);
+  EXPECT_EQ(ring_->next_sample(), 7'200'220U);
   const std::uint64_t far = 100'000'000;  // a sender that waits until a message is taken
   EXPECT_EQ(add(far, 100), Outcome::refused);
   EXPECT_EQ(add(far, 100), Outcome::taken);
   EXPECT_EQ(add(far + 100, 100), Outcome::taken);
   EXPECT_EQ(add(2 * far, 100), Outcome::refused);
   EXPECT_EQ(add(3 * far, 100), Outcome::refused);  // two wrong ones do not confirm each other
+  EXPECT_EQ(counters().lost, 100U);
   EXPECT_EQ(add(far + 200, 100), Outcome::taken);
+  EXPECT_EQ(counters().lost, 200U);
+  EXPECT_EQ(counters().duplicate, 0U);
+  expect_right(20);
+}
+
+TEST_F(IntakeTest, ABacklogWithLongGapsLosesNothing) {
+  std::uint64_t place = 0, samples = 0;
+  const auto send = [&](std::uint64_t first) { return add(first, 100, {}, {{1, 2, 0, ++place}}); };
+  for (std::uint64_t hour = 0; hour < 5; ++hour)
+    for (std::uint64_t k = 0; k < 1000; k += 100, samples += 100)
+      EXPECT_EQ(send(3'600'000 * hour + k), hour > 0 && k == 0 ? Outcome::refused : Outcome::taken);
+  EXPECT_EQ(ring_->end(), samples);
+  EXPECT_EQ(counters().samples, samples);
+  EXPECT_EQ(counters().lost + counters().duplicate, 0U);
+  EXPECT_EQ(ring_->source().word[3], place);
   expect_right();
+}
+
+TEST_F(IntakeTest, AMessageThatWaitsForAnotherIsGivenAgainAfterAKill) {
+  const SourcePosition before{{1, 2, 0, 1}}, far{{1, 2, 0, 2}}, after{{1, 2, 0, 3}};
+  EXPECT_EQ(add(0, 100, {}, before), Outcome::taken);
+  EXPECT_EQ(add(7'200'000, 100, {}, far), Outcome::refused);
+  intake_->reached(after);
+  EXPECT_EQ(intake_->position(), before);
+  open();
+  EXPECT_EQ(add(7'200'000, 100, {}, far), Outcome::taken);
+  EXPECT_EQ(intake_->position(), far);
+  intake_->reached(after);
+  EXPECT_EQ(intake_->position(), after);
+  EXPECT_EQ(ring_->end(), 200U);
+  expect_right();
+}
+
+TEST_F(IntakeTest, WhatAClientSendsAgainSinceItWasRefusedIsTakenOnce) {
+  add(0, 100);
+  EXPECT_EQ(add(7'200'000, 100), Outcome::refused);
+  EXPECT_EQ(intake_->next_for_sender(), 100U);  // the answer: it is to be sent again
+  EXPECT_EQ(add(7'200'100, 100), Outcome::taken);
+  EXPECT_EQ(add(7'200'000, 100), Outcome::duplicate);
+  EXPECT_EQ(add(7'200'100, 100), Outcome::duplicate);
+  EXPECT_EQ(intake_->next_for_sender(), 7'200'200U);
+  EXPECT_EQ(counters().samples, 300U);
+  EXPECT_EQ(counters().lost, 0U);
+  expect_right();
+}
+
+TEST_F(IntakeTest, AMessageThatWaitsForAnotherKeepsItsColumns) {
+  add(0, 100);
+  EXPECT_EQ(add(7'200'000, 100), Outcome::refused);
+  const std::string_view columns[] = {"ru", "y"};
+  const double values[] = {14'400'200.0, 7'200'100.0};
+  EXPECT_EQ(intake_->add({"x", std::uint64_t{7'200'100}, {}, 0.0, columns, values, {}}), Outcome::taken);
+  EXPECT_EQ(ring_->end(), 201U);
+  expect_right();
+}
+
+TEST_F(IntakeTest, AMessageThatWaitsForAnotherWaitsForRoomToo) {
+  std::uint64_t k = 0;
+  for (; ring_->room(1000 + 2 * kRate_hz, 1); k += 1000) ASSERT_EQ(add(k, 1000), Outcome::taken);
+  EXPECT_EQ(add(7'200'000, 1000), Outcome::refused);
+  EXPECT_EQ(add(7'201'000, 1000), Outcome::full);  // there is room for one of the two
+  EXPECT_EQ(counters().samples, k + 1000);
+  ring_->set_read(ring_->end());
+  EXPECT_EQ(add(7'201'000, 1000), Outcome::taken);
+  EXPECT_EQ(counters().samples, k + 2000);
+  EXPECT_EQ(counters().lost + counters().duplicate, 0U);
 }
 
 TEST_F(IntakeTest, TheClockIsPutForwardAndNeverBack) {
@@ -334,6 +401,21 @@ TEST_F(IntakeTest, TheClockIsPutForwardAndNeverBack) {
   for (std::size_t i = 1; i < all.size(); ++i) ASSERT_GT(all[i].time_ns, all[i - 1].time_ns) << i;
   EXPECT_EQ(counters().missing, 0U);
   expect_right();
+}
+
+TEST_F(IntakeTest, AClockThatFallsIntoStepGoesOnSoInTheNextProcess) {
+  std::uint64_t k = 0;
+  const auto go = [&](std::uint64_t samples, std::int64_t ahead_ns) {
+    for (const std::uint64_t end = k + samples; k < end; k += 50)
+      ASSERT_EQ(add(k, 50, time_of(k) + ahead_ns), Outcome::taken);
+  };
+  go(12'000, 3'000'000'000);  // more than the ten seconds after which it is planned anew
+  go(3000, 0);
+  const double slewing_ns = ring_->interval_ns();
+  EXPECT_LT(slewing_ns, 0.8e6);
+  open();
+  go(3000, 0);
+  EXPECT_EQ(ring_->interval_ns(), slewing_ns);
 }
 
 constexpr std::int64_t kHour_ns = 3'600'000'000'000, kYears_ns = 87'600 * kHour_ns;

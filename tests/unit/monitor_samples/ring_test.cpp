@@ -218,6 +218,7 @@ TEST(Ring, RefusesWhatIsNoneOrDamagedAndLeavesItAlone) {
   };
   EXPECT_TRUE(refused(right));
   RESONID_EXPECT_MESSAGE(refused(right.substr(0, right.size() - 4096)), "it was cut");
+  RESONID_EXPECT_MESSAGE(refused(std::string(right.size(), '\0')), "begins with zeros");
   RESONID_EXPECT_MESSAGE(refused(right.substr(0, 100)), "header of this ring of samples is damaged");
   RESONID_EXPECT_MESSAGE(refused(flipped({17})), "header of this ring of samples is damaged");
   RESONID_EXPECT_MESSAGE(refused(flipped({4096 + 16, 4096 + 256 + 16})), "both commits are damaged");
@@ -275,6 +276,45 @@ TEST(Ring, OfOtherSettingsIsMadeAnewWhereThatIsAskedFor) {
   EXPECT_EQ(checked_until(*again, 0), 500U);
   EXPECT_FALSE(fs::exists(folder / "x.ring.new"));
   EXPECT_FALSE(Ring::open_or_renew(folder / "x.ring", {"x", {"u"}, 1.0, 63}, renewed));
+}
+
+TEST(Ring, ADamagedOneIsSetAsideAndBegunAnewWhereThatIsAskedFor) {
+  const TemporaryFolder folder;
+  { append(*opened(folder / "x.ring"), 20); }
+  const std::string right = test::contents_of(folder / "x.ring");
+  const auto flipped = [&](std::initializer_list<std::size_t> places) {
+    std::string bytes = right;
+    for (const std::size_t at : places) bytes[at] = static_cast<char>(bytes[at] ^ 0x10);
+    return bytes;
+  };
+  RingSettings other = kSmall;
+  other.capacity = 2000;
+  int number = 0;
+  bool renewed = false;
+  for (const std::string& damaged :
+       {std::string(right.size(), '\0'), right.substr(0, right.size() - 4096), flipped({17}),
+        flipped({4096 + 16, 4096 + 256 + 16}), flipped({8192 + 8})})
+    for (const RingSettings& settings : {kSmall, other}) {
+      const fs::path path = folder.file("x.ring", damaged);
+      fs::path aside = path;
+      aside += ".damaged-" + std::to_string(++number);
+      {
+        const auto ring = Ring::open_or_renew(path, settings, renewed);
+        ASSERT_TRUE(ring) << message_of(ring.error());
+        EXPECT_NE((*ring)->set_aside().find(aside.string()), std::string::npos) << (*ring)->set_aside();
+        EXPECT_EQ((*ring)->next_sample(), 0U);
+        EXPECT_EQ(test::contents_of(aside), damaged);
+        append(**ring, 5);
+      }
+      const auto again = Ring::open_or_renew(path, settings, renewed);
+      ASSERT_TRUE(again);
+      EXPECT_EQ((*again)->next_sample(), 5U);
+      EXPECT_TRUE((*again)->set_aside().empty());
+    }
+  const std::string text = "time,ru,u,y\n0,1,2,3\n";
+  const fs::path foreign = folder.file("foreign", text);
+  RESONID_EXPECT_MESSAGE(Ring::open_or_renew(foreign, kSmall, renewed), "no ring of samples");
+  EXPECT_EQ(test::contents_of(foreign), text);
 }
 
 TEST(Ring, AFullDiskIsAnErrorAtOpening) {

@@ -65,6 +65,7 @@ void act(web::Backend& backend) {
   std::size_t open = 0;
   for (const auto& axis : backend.axes(0).axes) open += axis.unacknowledged;
   for (int i = 0; i < 250 && alarms().size() < open; ++i) std::this_thread::sleep_for(20ms);
+  std::this_thread::sleep_for(600ms);  // until those are stored, too, that are suppressed
   std::size_t expected = backend.audit(kAll).size();
   web::Action action;
   action.who = "tester";

@@ -111,10 +111,10 @@ TEST(Disk, AnInstallationBeyondItsLimitSaysSoEverywhere) {
 /// A bound on the size of this process' files, as of a full disk.
 class SmallFiles {
  public:
-  SmallFiles() : handler_(::signal(SIGXFSZ, SIG_IGN)) {
+  explicit SmallFiles(::rlim_t bytes = 10'000) : handler_(::signal(SIGXFSZ, SIG_IGN)) {
     ::getrlimit(RLIMIT_FSIZE, &before_);
     ::rlimit limits = before_;
-    limits.rlim_cur = 10'000;
+    limits.rlim_cur = bytes;
     ::setrlimit(RLIMIT_FSIZE, &limits);
   }
   SmallFiles(const SmallFiles&) = delete;
@@ -161,6 +161,30 @@ TEST(Disk, AFullDiskIsToldAtOnceAndWrittenLater) {
   for (const auto& left : waiting) EXPECT_FALSE(is_raising(left.message.key)) << left.message.key;
   const auto keys = receiver.keys();  // on a slow machine that it was cleared as well
   EXPECT_EQ(std::count_if(keys.begin(), keys.end(), is_raising), 1);
+}
+
+TEST(Disk, AServiceThatEndsWhileTheDiskIsFullStartsAgain) {
+  const Folder folder;
+  const std::vector<std::vector<double>> values{drive_samples(60.0, 1e9, 1)};
+  constexpr std::uintmax_t kIndex = 33'000;  // the index of the log needs 32 768
+  const auto file = folder.path() / "monitor.sqlite";
+  auto service = Service::start(installation(folder.path(), values, 2.0));
+  ASSERT_TRUE(service) << message_of(service.error());
+  ASSERT_GT(std::filesystem::file_size(file.string() + "-wal"), kIndex);
+  const auto failing = [&] { return (*service)->backend().status().store.failing; };
+  {
+    const SmallFiles full(kIndex);
+    ASSERT_TRUE(eventually(failing));
+    (*service)->stop();
+    service->reset();
+    auto later = installation(folder.path(), values, 2.0);
+    later.version = "later";
+    service = Service::start(std::move(later));
+    ASSERT_TRUE(service) << message_of(service.error());
+    ASSERT_TRUE(eventually(failing));
+    EXPECT_TRUE((*service)->backend().status().store.disk_full);
+  }
+  EXPECT_TRUE(eventually([&] { return !failing(); }));
 }
 
 }  // namespace

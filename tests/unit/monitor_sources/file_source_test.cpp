@@ -270,6 +270,79 @@ TEST_F(FileSourceTest, AnAxisThatWasLeftBehindMissesNothingOfLaterFiles) {
   axes.expect_exactly("b", 4);
 }
 
+TEST_F(FileSourceTest, AnOlderFileThatIsConfiguredInsteadIsReadToo) {
+  const fs::path older = folder_ / "old.csv";
+  append("u,y\n" + lines_of(10, 10), older);
+  later();
+  append("u,y\n" + lines_of(0, 10));
+  {
+    Installation axes(folder_.path(), {"x"});
+    const auto source = started(axes);
+    ASSERT_TRUE(eventually([&] { return axes.end("x") == 10; }));
+  }
+  Installation axes(folder_.path(), {"x"});
+  const auto source = required(make_file_source({older, Format{}, 0.002}, axes));
+  source->start();
+  ASSERT_TRUE(eventually([&] { return axes.end("x") == 20; })) << axes.end("x");
+  axes.expect_exactly("x", 20);
+}
+
+TEST_F(FileSourceTest, WhatAnAxisThatIsAheadHasAlreadyIsCounted) {
+  const Format format{SampleFormat::csv, {"axis", "u", "y"}};
+  const auto line = [](const char* axis, std::uint64_t k) { return std::string(axis) + "," + line_of(k); };
+  append(line("a", 0) + line("b", 0));
+  {
+    Installation axes(folder_.path(), {"a", "b"});
+    const auto source = started(axes, format);
+    ASSERT_TRUE(eventually([&] { return axes.end("a") == 1 && axes.end("b") == 1; }));
+  }
+  append(line("a", 1) + line("b", 1));
+  fs::rename(path_, folder_ / "x.csv.1");
+  later();
+  append(line("a", 2) + line("b", 2));
+  {
+    Installation axes(folder_.path(), {"a"});
+    const auto source = started(axes, format);
+    ASSERT_TRUE(eventually([&] { return axes.end("a") == 3; }));
+  }
+  Installation axes(folder_.path(), {"a", "b"});
+  const auto source = started(axes, format);
+  ASSERT_TRUE(eventually([&] { return axes.end("b") == 3; }));
+  EXPECT_EQ(axes.intake("a").counters().duplicate, 2U);  // one in each file
+  axes.expect_exactly("a", 3);
+  axes.expect_exactly("b", 3);
+}
+
+/// As after a reboot with btrfs, or where NFS was mounted again.
+TEST_F(FileSourceTest, GoesOnWhereTheDeviceHasAnotherNumber) {
+  const Format format{SampleFormat::csv, {"axis", "u", "y"}};
+  const auto line = [](const char* axis, std::uint64_t k) { return std::string(axis) + "," + line_of(k); };
+  append(line("a", 0) + line("b", 0) + line("a", 1));
+  {
+    Installation axes(folder_.path(), {"a", "b"});
+    const auto source = started(axes, format);
+    ASSERT_TRUE(eventually([&] { return axes.end("a") == 2 && axes.end("b") == 1; }));
+  }
+  append(line("b", 1) + line("b", 2));
+  {
+    Installation axes(folder_.path(), {"b"});
+    const auto source = started(axes, format);
+    ASSERT_TRUE(eventually([&] { return axes.end("b") == 3; }));
+  }
+  append(line("a", 2));
+  Installation axes(folder_.path(), {"a", "b"});
+  for (Intake* intake : axes.all()) {
+    SourcePosition position = intake->position();
+    ++position.word[0];
+    intake->reached(position);
+  }
+  const auto source = started(axes, format);
+  ASSERT_TRUE(eventually([&] { return axes.end("a") == 3; }));
+  source->stop();
+  axes.expect_exactly("a", 3);
+  axes.expect_exactly("b", 3);
+}
+
 TEST_F(FileSourceTest, AnAxisOfWhichNothingComesGoesOnWithTheOthers) {
   append("axis,u,y\n");
   {

@@ -113,6 +113,77 @@ TEST(StreamSource, LetsTheWriterWaitWhileTheRingIsFull) {
   EXPECT_EQ(axes.intake("x").counters().lost, 0U);
 }
 
+TEST(StreamSource, TheNextOneGoesOnWithNamesAndHalfALine) {
+  const TemporaryFolder folder;
+  Installation axes(folder.path(), {"x"});
+  Pipe pipe;
+  std::uint64_t k = 0;
+  std::string half = "y,u\n";
+  for (const int source_number : {1, 2, 3}) {
+    const auto source = started(pipe, Format{}, axes);
+    const auto line = [](std::uint64_t n) {
+      return std::to_string(-static_cast<double>(n)) + "," + std::to_string(0.5 * static_cast<double>(n));
+    };
+    pipe.write(half + line(k) + "\n" + line(k + 1).substr(0, 4));
+    half = line(k + 1).substr(4) + "\n";
+    ASSERT_TRUE(eventually([&] { return axes.end("x") == k + 1; })) << source_number;
+    k += 2;
+  }
+  const auto source = started(pipe, Format{}, axes);
+  pipe.write(half);
+  pipe.to.close();
+  ASSERT_TRUE(eventually([&] { return source->status().state == SourceState::ended; }));
+  axes.expect_exactly("x", k);
+  EXPECT_EQ(axes.intake("x").faults().total(), 0U);
+}
+
+TEST(StreamSource, TheNextOneGoesOnWithinAFrame) {
+  const TemporaryFolder folder;
+  Installation axes(folder.path(), {"x"});
+  Pipe pipe;
+  const std::string frame = frame_of("x", 10, 10);
+  {
+    const auto source = started(pipe, Format{SampleFormat::frame}, axes);
+    pipe.write(frame_of("x", 0, 10) + frame.substr(0, 70));
+    ASSERT_TRUE(eventually([&] { return axes.end("x") == 10; }));
+  }
+  const auto source = started(pipe, Format{SampleFormat::frame}, axes);
+  pipe.write(frame.substr(70));
+  ASSERT_TRUE(eventually([&] { return axes.end("x") == 20; }));
+  axes.expect_exactly("x", 20);
+  EXPECT_EQ(axes.intake("x").faults().total() + axes.intake("x").counters().duplicate, 0U);
+}
+
+TEST(StreamSource, TheNextOneDeliversWhatWasReadForAFullRing) {
+  const TemporaryFolder folder;
+  Installation axes(folder.path(), {"x"}, 8192);
+  Pipe pipe;
+  constexpr std::uint64_t kSamples = 8000;
+  std::jthread writer([&] {
+    std::string_view lines_left;
+    const std::string lines = "u,y\n" + lines_of(0, kSamples);
+    for (lines_left = lines; !lines_left.empty();
+         lines_left.remove_prefix(std::min<std::size_t>(1000, lines_left.size())))
+      pipe.write(lines_left.substr(0, 1000));
+    pipe.to.close();
+  });
+  for (int k = 0; k < 2; ++k) {  // the second one delivers nothing either
+    const auto source = started(pipe, Format{}, axes);
+    ASSERT_TRUE(eventually([&] { return source->status().state == SourceState::waiting; }));
+  }
+  EXPECT_LT(axes.end("x"), kSamples);
+  const auto source = started(pipe, Format{}, axes);
+  std::uint64_t next = 0;
+  ASSERT_TRUE(eventually([&] {
+    const Piece piece = axes.ring("x").piece(next);
+    for (std::size_t k = 0; k < piece.samples; ++k, ++next)
+      EXPECT_EQ(piece.values[2 * k + 1], -static_cast<double>(next));
+    axes.ring("x").set_read(next);
+    return source->status().state == SourceState::ended && next == axes.end("x");
+  }));
+  EXPECT_EQ(next, kSamples);
+}
+
 TEST(StreamSource, StopsAtOnceWhileItWaits) {
   const TemporaryFolder folder;
   Installation axes(folder.path(), {"x"}, 8192);

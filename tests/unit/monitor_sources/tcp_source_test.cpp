@@ -298,12 +298,16 @@ TEST(TcpSource, AUsefulClientTakesThePlaceOfASilentOne) {
   ASSERT_TRUE(first.send(frame_of("x", 0, 10)));
   EXPECT_EQ(first.next_sample("x"), 10U);
   const Client silent(source->bound_port());
+  const auto turned_away = [&] { return source->status().faults[static_cast<std::size_t>(Fault::size)]; };
+  EXPECT_EQ(turned_away(), 0U);
   EXPECT_TRUE(Client(source->bound_port()).is_closed());  // the silent one may be about to send
+  EXPECT_TRUE(eventually([&] { return turned_away() == 1; }));
   pause_ms(1100);
   const Client third(source->bound_port());
   ASSERT_TRUE(third.send(frame_of("x", 10, 10)));
   EXPECT_EQ(third.next_sample("x"), 20U);
   EXPECT_TRUE(silent.is_closed());
+  EXPECT_TRUE(eventually([&] { return turned_away() == 2; })) << source->status().text;
   ASSERT_TRUE(first.send(frame_of("x", 20, 10)));
   EXPECT_EQ(first.next_sample("x"), 30U);
 }

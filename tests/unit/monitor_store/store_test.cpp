@@ -102,6 +102,25 @@ TEST(Store, NewestSnapshotOrThePreviousWhereItIsDamaged) {
   EXPECT_FALSE(value(reader.snapshot("unknown")));
 }
 
+/// An axis that begins anew does so at the oldest sample of its ring.
+TEST(Store, SnapshotsOfAnotherConfigurationOrVersionGiveWayToOlderSamples) {
+  const Folder folder;
+  Store store = opened(folder.file());
+  auto reader = reader_of(folder.file());
+  const auto put = [&](std::uint64_t sample, const char* version, const char* configuration) {
+    Batch batch;
+    batch.snapshots.push_back({"x", sample, sample, version, configuration, bytes_of("state")});
+    value(store.commit(batch));
+    return value(reader.snapshot("x"))->snapshot;
+  };
+  put(900, "1", "abc");
+  put(1000, "1", "abc");
+  EXPECT_EQ(put(200, "1", "def").sample, 200U);
+  EXPECT_EQ(put(300, "1", "def").configuration_hash, "def");
+  EXPECT_EQ(put(250, "1", "def").sample, 300U);  // a replay
+  EXPECT_EQ(put(100, "2", "def").version, "2");
+}
+
 TEST(Store, ConfigurationsByHashWithTheirFirstUse) {
   const Folder folder;
   Store store = opened(folder.file());
