@@ -141,6 +141,15 @@ void Alarm::end_shelving(std::uint64_t sample, Transition how, Transitions& out)
   out.add(how, state_);
 }
 
+Transitions Alarm::worsen(std::uint64_t sample) noexcept {
+  Transitions out;
+  if (!state_.active || !state_.annunciated()) return out;
+  state_.acknowledged = false;
+  told_ = sample_ = std::max(sample, sample_);
+  out.add(Transition::realarmed, state_);
+  return out;
+}
+
 Transitions Alarm::suppress(std::uint64_t sample, Suppression cause, bool on) noexcept {
   Transitions out;
   sample_ = std::max(sample, sample_);

@@ -150,6 +150,9 @@ class Alarm {
   /// What a row says; shelving that is over ends first.
   [[nodiscard]] Transitions step(const AlarmRules& rules, std::uint64_t sample, Condition condition) noexcept;
 
+  /// What it was raised for has become worse: it is to be acknowledged anew, where people look at it.
+  [[nodiscard]] Transitions worsen(std::uint64_t sample) noexcept;
+
   /// Sets one reason of suppression. Told for the first reason and the end of the last, and, unless a person
   /// did it, only of an alarm that there is anything to know of.
   [[nodiscard]] Transitions suppress(std::uint64_t sample, Suppression cause, bool on) noexcept;

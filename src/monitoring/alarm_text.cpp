@@ -65,7 +65,8 @@ class AlarmSentence {
                       "helps"
                     : "");
       case Transition::realarmed:
-        return condition() + cause() + "; still not acknowledged";
+        return condition() + cause() +
+               (e_.change.grown ? "; more than was told before" : "; still not acknowledged");
       case Transition::cleared:
         return over() + (s.fleeting ? "; it lasted for less than 10 s: a longer on_delay_s helps" : "");
       case Transition::latched:
@@ -125,10 +126,15 @@ class AlarmSentence {
       case AlarmKind::limit:
         return limit() + since();
       case AlarmKind::data:
-        return "Samples are missing, faulty, or contradict the configuration" + since();
+        return (e_.contradiction.fault == ScaleFault::none
+                    ? "Samples are missing or not finite"
+                    : "Samples contradict the configuration (" + scale_text(e_.contradiction) + ")") +
+               since();
       case AlarmKind::stale:
         return "No samples" + since();
       case AlarmKind::estimate: {
+        if (e_.verdict == online::AxisVerdict::not_measured)
+          return "Nothing could be learned although the drive is excited" + since();
         std::string why(name_of(e_.verdict));
         std::replace(why.begin(), why.end(), '-', ' ');
         return "Estimates are not valid although the drive is excited (" + why + ")" + since();
@@ -168,12 +174,15 @@ class AlarmSentence {
   [[nodiscard]] std::string over() const {
     switch (e_.alarm.kind) {
       case AlarmKind::change:
-        return name() + " is no longer changed: a new baseline counts";
+        return std::isfinite(e_.change.before)
+                   ? fmt::format("{} is back at its baseline of {}", name(),
+                                 with_unit(with_error(e_.change.before, e_.change.before_std), unit()))
+                   : name() + " is no longer changed: a new baseline counts";
       case AlarmKind::limit:
         return fmt::format("{} is back within its limits: {}", name(),
                            with_unit(with_error(e_.value.value, e_.value.std), unit()));
       case AlarmKind::data:
-        return "Samples are complete again";
+        return "Samples are complete again, and contradict nothing";
       case AlarmKind::stale:
         return "Samples come again";
       case AlarmKind::estimate:

@@ -9,6 +9,8 @@ namespace {
 constexpr AlarmId kData{AlarmKind::data, {}}, kStale{AlarmKind::stale, {}},
     kEstimate{AlarmKind::estimate, {}}, kController{AlarmKind::controller, {}};
 
+constexpr double kSure = 3.0;  // standard deviations beyond a limit
+
 /// Whether an alarm is judged from estimates.
 bool estimated(AlarmId id) noexcept { return id != kData && id != kStale; }
 
@@ -21,7 +23,8 @@ Condition condition_of(const AxisAlarmRules& rules, const AlarmFacts& facts, Ala
     case AlarmKind::stale:
       return Condition::of(facts.stale);
     case AlarmKind::estimate:
-      return usable && !facts.learning && row.gates.excited ? Condition::of(!row.trusted) : Condition{};
+      if (!usable || (facts.learning ? !facts.refused : !row.gates.excited)) return {};
+      return Condition::of(facts.learning || !row.trusted);
     case AlarmKind::controller:
       return usable && facts.controller_known ? Condition::of(facts.controller_differs) : Condition{};
     case AlarmKind::change:
@@ -29,9 +32,11 @@ Condition condition_of(const AxisAlarmRules& rules, const AlarmFacts& facts, Ala
                  ? Condition::of(facts.changes[static_cast<std::size_t>(id.figure)].changed)
                  : Condition{};
     case AlarmKind::limit: {
-      const double value = row[id.figure].value;
+      const auto& [value, std] = row[id.figure];
       if (!usable || facts.learning || !row.trusted || !std::isfinite(value)) return {};
-      return {std::max(rules.low(id.figure) - value, value - rules.high(id.figure))};
+      const double over = std::max(rules.low(id.figure) - value, value - rules.high(id.figure));
+      const bool unsure = over > 0.0 && over <= kSure * std;  // false where there is no std
+      return unsure ? Condition{} : Condition{over};
     }
   }
   return {};
@@ -53,6 +58,7 @@ AlarmEvent event_of(const AxisAlarmRules& rules, const AlarmFacts& facts, AlarmI
   e.state = entry.state;
   e.since_sample = entry.state.raised_sample;
   e.verdict = facts.row.verdict;
+  if (id == kData) e.contradiction = facts.contradiction;
   if (!id.has_figure()) return e;
   e.change = facts.changes[static_cast<std::size_t>(id.figure)];
   if (facts.row.trusted) e.value = facts.row[id.figure];
@@ -95,6 +101,8 @@ expected<AxisAlarmRules, Error> AxisAlarmRules::create(const AxisAlarmSettings& 
   AlarmSettings stale = settings.stale;
   stale.on_delay_s = stale.off_delay_s = stale.realarm_s = 0.0;
   rules.put(kStale, stale, 0.0);
+  // How long silence lasted and how often it came cannot be told by counting samples.
+  rules.rules_[kStale.index()].chattering = rules.rules_[kStale.index()].fleeting = 0;
   rules.put(kEstimate, settings.estimate, 0.0);
   rules.put(kController, settings.controller, 0.0);
   return rules;
@@ -117,7 +125,11 @@ void AxisAlarms::step_one(const AxisAlarmRules& rules, const AlarmFacts& facts, 
                           Condition condition, std::vector<AlarmEvent>& events) {
   // So that what is raised knows whether anybody is to look at it.
   suppress(rules, facts, id, events);
-  add(rules, facts, id, alarms_[id.index()].step(rules[id], facts.sample, condition), events);
+  Alarm& alarm = alarms_[id.index()];
+  const bool before = alarm.state().active;
+  add(rules, facts, id, alarm.step(rules[id], facts.sample, condition), events);
+  if (before && id.kind == AlarmKind::change && facts.changes[static_cast<std::size_t>(id.figure)].grown)
+    add(rules, facts, id, alarm.worsen(facts.sample), events);
 }
 
 void AxisAlarms::suppress(const AxisAlarmRules& rules, const AlarmFacts& facts, AlarmId id,
@@ -127,9 +139,10 @@ void AxisAlarms::suppress(const AxisAlarmRules& rules, const AlarmFacts& facts, 
     bool on;
   };
   const bool judged = estimated(id);
-  const Reason reasons[] = {{Suppression::maintenance, facts.sample < maintenance_until_},
-                            {Suppression::learning, judged && facts.learning},
-                            {Suppression::data, judged && (*this)[kData].active}};
+  const Reason reasons[] = {
+      {Suppression::maintenance, facts.sample < maintenance_until_},
+      {Suppression::learning, judged && facts.learning && !(id == kEstimate && facts.refused)},
+      {Suppression::data, judged && (*this)[kData].active}};
   // Those that begin first: from one reason to another it stays suppressed.
   for (const bool on : {true, false})
     for (const Reason& r : reasons)
@@ -170,10 +183,12 @@ bool AxisAlarms::intact() const noexcept {
 
 std::array<FigureShift, kWatched> shifts_of(const AlarmFacts& facts) noexcept {
   std::array<FigureShift, kWatched> shifts{};
+  // The load's torque goes up and down with the work: it tells of a cause where nothing else changed.
+  const auto changed = std::count_if(facts.changes.begin(), facts.changes.end(),
+                                     [](const FigureChange& c) { return c.changed; });
   for (std::size_t i = 0; i < kWatched; ++i) {
     const FigureChange& c = facts.changes[i];
-    // The load's torque goes up and down with the work: it tells of a cause where its detector says so alone.
-    if (static_cast<Watched>(i) == Watched::load_torque && !c.changed) continue;
+    if (static_cast<Watched>(i) == Watched::load_torque && !(c.changed && changed == 1)) continue;
     shifts[i].before = {c.before, c.before_std};
     if (facts.row.trusted)
       shifts[i].after = facts.row.figures[i];

@@ -10,6 +10,7 @@
 #include <monitoring/alarm_state.hpp>
 #include <monitoring/cause.hpp>
 #include <monitoring/row.hpp>
+#include <monitoring/scale_check.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/axis_result.hpp>
 #include <vector>
@@ -23,6 +24,7 @@ struct FigureChange {
   /// Level of the baseline, changed or not; not a number before it is learned.
   double before = std::numeric_limits<double>::quiet_NaN();
   double before_std = std::numeric_limits<double>::quiet_NaN();
+  bool grown = false;  ///< With this row it is more than twice what was told of it.
 };
 
 /// What is known of an axis at one sample: what its alarms are stepped with, at each row and, when no samples
@@ -32,7 +34,9 @@ struct AlarmFacts {
   Row row{};  ///< As it begins (`not_measured`): none.
   std::array<FigureChange, kWatched> changes{};
   bool learning = false;            ///< No estimates, or no baseline yet.
+  bool refused = false;             ///< Then: the drive is excited, and what it does could not be learned.
   bool data_fault = false;          ///< Samples are missing, faulty, or contradict what was told.
+  ScaleFinding contradiction{};     ///< Then: what they contradict.
   bool stale = false;               ///< No samples come.
   bool controller_known = false;    ///< Whether the controller could be compared.
   bool controller_differs = false;  ///< Then: whether another one runs.
@@ -72,6 +76,7 @@ struct AlarmEvent {
   online::Figure value{};          ///< Of a figure's alarm: the newest trusted estimate at that row.
   double low = 0.0, high = 0.0;    ///< Of a limit's alarm.
   online::AxisVerdict verdict{};   ///< Of the row.
+  ScaleFinding contradiction{};    ///< Of the alarm `data`: what the samples contradict.
   LikelyCause cause{};             ///< Where a change is raised or told again; else without weights.
 };
 
@@ -81,7 +86,8 @@ struct AlarmEvent {
 ///   are, so do bad data.
 /// - While learning, and while the alarm `data` is active, alarms that are judged from estimates are
 ///   suppressed; under maintenance all of the axis are.
-/// - A change ends when its detector takes a new baseline.
+/// - A change ends when its detector takes a new baseline, or the figure is back at the one it had; one that
+///   has grown is told again, as not acknowledged.
 /// - The alarm `stale` has no samples to count: its delays, and being told again, are for whoever has a clock
 ///   and tells that samples stop, come again, and that it is still so (ActionKind).
 class AxisAlarms {

@@ -219,6 +219,16 @@ void AxisMonitor::rest(std::string reason) {
   stretch_ = empty_record(spec_);
 }
 
+/// What is there could not be learned.
+void AxisMonitor::refuse(std::string reason) {
+  const auto& ru = stretch_.excitation.samples;
+  const bool excited =
+      std::adjacent_find(ru.begin(), ru.end(), [](double a, double b) { return a != b; }) != ru.end();
+  facts_.refused = excited;
+  alarms_due_ = alarms_due_ || excited;
+  rest(std::move(reason));
+}
+
 void AxisMonitor::learn() {
   if (phase_ != Phase::learning) return;
   scales_.look();
@@ -229,9 +239,9 @@ void AxisMonitor::learn() {
   }
   const bool final = ++attempts_ >= kStretches;
   auto made = identification::detail::learn(stretch_, options_, final);
-  if (!made) return rest(message_of(made.error()));
+  if (!made) return refuse(message_of(made.error()));
   if (!*made) {
-    if (final) return rest("nothing to follow shows in the samples: no model, no periodic excitation");
+    if (final) return refuse("nothing to follow shows in the samples: no model, no periodic excitation");
     due_ *= 2;
     phase_ = Phase::gathering;
     return;
@@ -240,7 +250,7 @@ void AxisMonitor::learn() {
       identification::detail::learning_findings(options_, (*made)->plan(), (*made)->setup());
   const auto error = std::find_if(findings.begin(), findings.end(),
                                   [](const auto& f) { return f.severity == diagnostics::Severity::error; });
-  if (error != findings.end()) return rest(error->meaning);
+  if (error != findings.end()) return refuse(error->meaning);
   follower_ = std::move(*made);
   follower_first_ = stretch_first_;
   const bool position = spec_.has_position, excitation = spec_.has_excitation;
@@ -250,12 +260,17 @@ void AxisMonitor::learn() {
                                       position ? stretch_.position.samples[k] : AxisRow::kUnknown, false));
   stretch_ = empty_record(spec_);
   phase_ = Phase::following;
+  facts_.refused = false;
   broken_stretches_ = 0;
   if (!contradicted()) reason_.clear();
   rest_samples_ = samples_in(kFirstRest_s, spec_.sample_rate_hz);
   untrusted_rows_ = 0;
   find_parameters();
-  if (watch_) return;
+  if (!watch_) begin_watch();
+}
+
+/// What is now is usual, from here on.
+void AxisMonitor::begin_watch() {
   const double row_s = static_cast<double>(options_.every) / spec_.sample_rate_hz;
   const double block_s = identification::detail::change_block_s(options_, follower_->setup());
   const double interval_s = std::max(spec_.false_alarm_interval_s, 50.0 * block_s);
@@ -326,9 +341,11 @@ void AxisMonitor::take_row(Output& out) {
   step_alarms(out);
   // What is excited and yet not trusted for so long is not the machine that was learned.
   untrusted_rows_ = row.gates.excited && !row.trusted ? untrusted_rows_ + 1 : 0;
-  if (untrusted_rows_ * options_.every <= samples_in(kUntrusted_s, spec_.sample_rate_hz)) return;
+  // The alarm `estimate` comes before it is learned anew.
+  const double longest_s = std::max(kUntrusted_s, spec_.alarms.estimate.on_delay_s + 2.0 * spec_.row_every_s);
+  if (untrusted_rows_ * options_.every <= samples_in(longest_s, spec_.sample_rate_hz)) return;
   if (!contradicted())
-    reason_ = fmt::format("not trusted for {:g} s ({}): learned anew", kUntrusted_s, name_of(row.verdict));
+    reason_ = fmt::format("not trusted for {:.0f} s ({}): learned anew", longest_s, name_of(row.verdict));
   begin_gathering();
 }
 
@@ -339,8 +356,10 @@ void AxisMonitor::step_alarms(Output& out) {
   facts_.data_fault = contradicted() || broken_stretches_ >= kMostBroken ||
                       (!facts_.learning && facts_.row.verdict != online::AxisVerdict::not_measured &&
                        !facts_.row.gates.complete);
+  facts_.contradiction = contradiction_;
   if (watch_) facts_.changes = watch_->changes(first_row_s());
   alarms_.step(rules_, facts_, out.events);
+  if (watch_) watch_->growth_is_told();
 }
 
 expected<void, Error> AxisMonitor::act(const Action& action, Output& out) {
@@ -363,7 +382,9 @@ expected<void, Error> AxisMonitor::act(const Action& action, Output& out) {
   }
   if (auto done = alarms_.act(rules_, action, out.events); !done) return done;
   if (action.kind == ActionKind::set_baseline || action.kind == ActionKind::relearn) {
-    if (watch_) watch_->relearn();
+    watch_.reset();
+    facts_.changes = {};
+    if (phase_ == Phase::following) begin_watch();
   }
   if (action.kind == ActionKind::relearn) begin_gathering();
   return {};

@@ -93,6 +93,10 @@ class AxisMonitor {
   [[nodiscard]] std::uint64_t learned_from() const noexcept { return follower_first_; }
   /// Whether changes of the figure can be told yet.
   [[nodiscard]] bool watches(Watched w) const noexcept { return watch_ && watch_->ready(w); }
+  /// Mean time between false alarms of each figure's detector, as they began with; 0: nothing is watched yet.
+  [[nodiscard]] double detector_interval_s() const noexcept {
+    return watch_ ? watch_->false_alarm_interval_s() : 0.0;
+  }
   /// Why nothing was learned, or what of the configuration the samples contradict; empty where there is
   /// nothing to say.
   [[nodiscard]] const std::string& reason() const noexcept { return reason_; }
@@ -122,12 +126,14 @@ class AxisMonitor {
   void begin_gathering();
   void gather_from(std::uint64_t due, std::uint64_t attempts);
   void rest(std::string reason);
+  void refuse(std::string reason);
   void follow(Sample sample, Output& out);
   void take_row(Output& out);
   void step_alarms(Output& out);
   void mark_stale(bool stale, Output& out);
   void tell_alarms(Output& out);
   void find_parameters();
+  void begin_watch();
   void heed(const ScaleFinding& finding);
   [[nodiscard]] bool contradicted() const noexcept { return contradiction_.fault != ScaleFault::none; }
   [[nodiscard]] double position_of(Sample sample) const;

@@ -7,7 +7,8 @@
 namespace resonid::monitoring {
 namespace {
 
-constexpr double kBlocksBack = 16.0;
+constexpr std::uint64_t kBlocksBack = 16;
+constexpr double kGrown = 2.0;
 constexpr double kBack = 1.0 / 3.0;                   // of the change: it has gone
 constexpr std::uint64_t kMostMissedRows = 1'000'000;  // told one by one
 
@@ -18,8 +19,10 @@ auto copies(const auto& one, std::index_sequence<I...>) {
 
 }  // namespace
 
-FigureWatch::FigureWatch(const Detector& detector, double values_back) noexcept
-    : figures_(copies(Watching{detector}, std::make_index_sequence<kWatched>{})), values_back_(values_back) {}
+FigureWatch::FigureWatch(const Detector& detector, double values_back, double false_alarm_interval_s) noexcept
+    : figures_(copies(Watching{detector}, std::make_index_sequence<kWatched>{})),
+      values_back_(values_back),
+      false_alarm_interval_s_(false_alarm_interval_s) {}
 
 expected<FigureWatch, Error> FigureWatch::create(double row_s, double block_s, double baseline_s,
                                                  double false_alarm_interval_s) {
@@ -31,7 +34,7 @@ expected<FigureWatch, Error> FigureWatch::create(double row_s, double block_s, d
   c.false_alarm_interval_s = false_alarm_interval_s;
   const auto detector = Detector::create(c);
   if (!detector) return tl::unexpected(detector.error());
-  return FigureWatch(*detector, kBlocksBack * block_s / row_s);
+  return FigureWatch(*detector, static_cast<double>(kBlocksBack) * block_s / row_s, false_alarm_interval_s);
 }
 
 void FigureWatch::step(const Row& row, const AxisAlarmSettings& settings) noexcept {
@@ -40,9 +43,12 @@ void FigureWatch::step(const Row& row, const AxisAlarmSettings& settings) noexce
     const double value = row.trusted ? f.value : online::AxisRow::kUnknown;
     auto& detector = figures_[i].detector;
     const bool known = detector.alarm();
+    figures_[i].grown = false;
     detector.step(value, f.std > 0.0 ? f.std : 1.0);
-    if (detector.alarm() && !known && std::abs(detector.change().size) < settings.figures[i].least_change)
-      detector.resume();
+    if (detector.alarm() && !known) {
+      figures_[i].told = std::abs(detector.change().size);
+      if (figures_[i].told < settings.figures[i].least_change) detector.resume();
+    }
     look_back(figures_[i], value);
   }
 }
@@ -56,22 +62,20 @@ void FigureWatch::look_back(Watching& w, double value) const noexcept {
   ++w.values;
   w.recent += (value - w.recent) / std::min(static_cast<double>(w.values), values_back_);
   if (static_cast<double>(w.values) < values_back_) return;
-  if (std::abs(w.recent - w.detector.baseline()) < kBack * std::abs(w.detector.change().size)) {
+  const double off = std::abs(w.recent - w.detector.baseline());
+  if (off < kBack * std::abs(w.detector.change().size)) {
     w.detector.resume();
     w.values = 0;
+  } else if (off > kGrown * w.told) {
+    w.detector.measure_from(kBlocksBack);
+    w.told = std::max(off, std::abs(w.detector.change().size));
+    w.grown = true;
   }
 }
 
 void FigureWatch::miss(std::uint64_t rows) noexcept {
   for (std::uint64_t i = 0; i < std::min(rows, kMostMissedRows); ++i)
     for (auto& w : figures_) w.detector.step(online::AxisRow::kUnknown);
-}
-
-void FigureWatch::relearn() noexcept {
-  for (auto& w : figures_) {
-    w.detector.relearn();
-    w.values = 0;
-  }
 }
 
 std::array<FigureChange, kWatched> FigureWatch::changes(double first_s) const noexcept {
@@ -83,6 +87,7 @@ std::array<FigureChange, kWatched> FigureWatch::changes(double first_s) const no
     all[i].before_std = d.baseline_std();
     if (!d.alarm()) continue;
     all[i].changed = true;
+    all[i].grown = figures_[i].grown;
     all[i].change = d.change();
     all[i].change.time_s += first_s;
     all[i].change.detected_s += first_s;

@@ -14,8 +14,8 @@ namespace resonid::monitoring {
 /// Changes of all figures of one axis against what is usual, row by row. Its bytes are its snapshot.
 ///
 /// A change ends when the figure is back: when its mean over the newest 16 blocks differs from the baseline
-/// by less than a third of the change. One that is smaller than it must be to be told is none, and looked
-/// for on. Times go on over gaps.
+/// by less than a third of the change, and has grown when that is more than twice of what was told. One that
+/// is smaller than it must be to be told is none, and looked for on. Times go on over gaps.
 class FigureWatch {
  public:
   /// `row_s` from row to row; the others as in online::ChangeDetectorConfig.
@@ -25,12 +25,15 @@ class FigureWatch {
   void step(const Row& row, const AxisAlarmSettings& settings) noexcept;
   /// So many rows were not made.
   void miss(std::uint64_t rows) noexcept;
-  /// What is now is usual, from here on.
-  void relearn() noexcept;
-
+  /// What grew with the newest row is told.
+  void growth_is_told() noexcept {
+    for (auto& w : figures_) w.grown = false;
+  }
   /// What the detectors say; times in seconds since sample 0. `first_s`: the time of the first row's sample
   /// less `row_s`.
   [[nodiscard]] std::array<FigureChange, kWatched> changes(double first_s) const noexcept;
+  /// Of each detector, as it was made with.
+  [[nodiscard]] double false_alarm_interval_s() const noexcept { return false_alarm_interval_s_; }
   /// Rows so far, missed ones too.
   [[nodiscard]] std::uint64_t rows() const noexcept { return figures_[0].detector.samples(); }
   /// Whether changes of the figure can be told yet.
@@ -45,13 +48,16 @@ class FigureWatch {
   struct Watching {
     Detector detector;
     double recent = 0.0;       // fading mean since the alarm
+    double told = 0.0;         // size of the change
+    bool grown = false;        // with the newest row
     std::uint64_t values = 0;  // in it
   };
-  explicit FigureWatch(const Detector& detector, double values_back) noexcept;
+  FigureWatch(const Detector& detector, double values_back, double false_alarm_interval_s) noexcept;
   void look_back(Watching& w, double value) const noexcept;
 
   std::array<Watching, kWatched> figures_;
   double values_back_;  // 16 blocks of rows
+  double false_alarm_interval_s_;
 };
 
 }  // namespace resonid::monitoring

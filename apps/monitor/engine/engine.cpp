@@ -175,10 +175,12 @@ class Engine::Impl {
       std::size_t event = 0;
       std::string who, reason;
       std::uint64_t action = 0;
+      std::int64_t time_ns = 0;
     };
     std::vector<By> by;  // whose events those are
     std::int64_t newest_ns = 0, processed_ns = 0, row_ns = 0;
     bool snapshot_useful = false, changed = false, silent = false;
+    bool came_since_stop = false;       // a sample, so that `stale` can end
     std::atomic<bool> learning{false};  // a learner has it, or is to
     std::uint64_t place = 0;            // among those that wait to learn; 0: it does not
     Clock::time_point waits_since;
@@ -244,7 +246,7 @@ class Engine::Impl {
     const std::size_t taken = take_samples(s);
     if (taken > 0) {
       s.progress = now;
-      s.snapshot_useful = true;
+      s.snapshot_useful = s.came_since_stop = true;
     }
     watch_staleness(s, now);
     end_what_is_over(s);
@@ -291,6 +293,7 @@ class Engine::Impl {
   }
 
   void begin_learning(Slot& s, Clock::time_point now) {
+    publish(s, false);  // which cannot be while it waits
     s.waits_since = now;
     s.learning.store(true, std::memory_order_release);
     {
@@ -371,8 +374,9 @@ class Engine::Impl {
   static void take_action(Slot& s, Told told, bool is_new) {
     const std::size_t before = s.out.events.size();
     if (!s.monitor.act(told.action, s.out)) return;
+    if (told.action.kind == ActionKind::stop) s.came_since_stop = false;
     for (std::size_t i = before; i < s.out.events.size(); ++i)
-      s.by.push_back({i, told.who, told.reason, told.action.id});
+      s.by.push_back({i, told.who, told.reason, told.action.id, told.time_ns});
     s.find_next_end();
     if (is_new) s.results.actions.push_back(std::move(told));
   }
@@ -392,7 +396,7 @@ class Engine::Impl {
     if (!told && lasts(s.progress, longest_s + rule.on_delay_s)) {
       s.reminded = now;
       act_as_service(s, {0, ActionKind::stop});
-    } else if (told && !s.silent && lasts(s.silent_until, rule.off_delay_s)) {
+    } else if (told && s.came_since_stop && !s.silent && lasts(s.silent_until, rule.off_delay_s)) {
       act_as_service(s, {0, ActionKind::resume});
     } else if (told && rule.realarm_s > 0.0 && lasts(s.reminded, rule.realarm_s)) {
       s.reminded = now;
@@ -443,8 +447,10 @@ class Engine::Impl {
       words.linear = s.monitor.spec().motion == data::Motion::linear;
       timed.text = monitoring::alarm_text(event, words);
       for (const auto& by : s.by)
-        if (by.event == i)
+        if (by.event == i) {
           std::tie(timed.who, timed.reason, timed.action) = std::tie(by.who, by.reason, by.action);
+          timed.time_ns = std::max(timed.time_ns, by.time_ns);  // samples may have stopped before
+        }
       s.results.events.push_back(std::move(timed));
     }
     s.by.clear();
@@ -491,6 +497,7 @@ class Engine::Impl {
       live->watches[i] = m.watches(static_cast<monitoring::Watched>(i));
     for (std::size_t i = 0; i < monitoring::kAlarms; ++i)
       live->alarms[i] = m.alarms()[monitoring::AlarmId::of(i)];
+    live->detector_interval_s = m.detector_interval_s();
     if (const auto* follower = m.follower()) {
       live->estimate = follower->axis().row();
       live->method = name_of(follower->plan().method);

@@ -35,6 +35,8 @@ struct LiveAxis {
   std::int64_t maintenance_until_ns = 0;  ///< UNIX time of its end; 0: there is none.
   std::string method, start;
   double memory_s = 0.0, learned_s = 0.0;
+  /// Mean time between false alarms of each figure's detector, as they began with; 0: nothing is watched yet.
+  double detector_interval_s = 0.0;
   std::shared_ptr<const monitoring::ResponseCurve> curve;
   std::int64_t curve_ns = 0;
 };

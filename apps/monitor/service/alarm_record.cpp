@@ -58,6 +58,13 @@ std::uint64_t alarm_number(const std::string& axis, monitoring::AlarmId alarm, s
   return (hash ^ (hash >> 53U)) & ((std::uint64_t{1} << 53U) - 1);
 }
 
+void AlarmRecords::know(const AlarmRecord& record) {
+  words_[record.id] = record.json;
+  const Json json = Json::parse(record.json, nullptr, false);
+  if (json.is_object() && json.contains("shelved"))
+    shelvings_[{record.axis, record.alarm}] = json["shelved"].dump();
+}
+
 bool AlarmRecords::add(const std::string& axis, double sample_rate_hz, const Results::TimedEvent& timed,
                        Batch& batch) {
   const auto& e = timed.event;
@@ -67,14 +74,24 @@ bool AlarmRecords::add(const std::string& axis, double sample_rate_hz, const Res
   if (replayed_.erase({axis, e.sample, alarm, transition, timed.action}) > 0) return false;
   const std::string id = std::to_string(alarm_number(axis, e.alarm, state.raised_sample));
   const bool tells = e.transition == Transition::raised || e.transition == Transition::realarmed;
-  Json json = words_.count(id) > 0 && !tells ? Json::parse(words_[id]) : words_of(timed);
+  const Json before = words_.count(id) > 0 ? Json::parse(words_[id]) : Json::object();
+  Json json = before.empty() || tells ? words_of(timed) : before;
   const auto time_of = [&](std::uint64_t sample) {
     const double since = static_cast<double>(sample) - static_cast<double>(e.sample);
     return timed.time_ns + static_cast<std::int64_t>(std::llround(since / sample_rate_hz * 1e9));
   };
   const bool shelved = state.shelving != monitoring::Shelving::none;
-  if (e.transition == Transition::shelved) json["shelved"] = {{"who", timed.who}, {"reason", timed.reason}};
-  if (!shelved) json.erase("shelved");
+  // Who shelved it and why goes on to the next raising.
+  std::string& shelving = shelvings_[{axis, alarm}];
+  if (e.transition == Transition::shelved)
+    shelving = Json{{"who", timed.who}, {"reason", timed.reason}}.dump();
+  if (!shelved && e.transition != Transition::superseded) shelving.clear();
+  json.erase("shelved");
+  if (shelved && !shelving.empty()) json["shelved"] = Json::parse(shelving);
+  // Over a silence samples do not tell how long ago that was.
+  if (before.contains("raised_ns")) json["raised_ns"] = before["raised_ns"];
+  if (e.transition == Transition::raised) json["raised_ns"] = timed.time_ns;
+  if (e.transition == Transition::cleared) json["cleared_ns"] = timed.time_ns;
   json["suppressed"] = suppressed_words(state.suppressed);
 
   AlarmRecord record;
@@ -88,9 +105,11 @@ bool AlarmRecords::add(const std::string& axis, double sample_rate_hz, const Res
   record.latched = state.latched;
   record.suppressed = state.suppressed != 0;
   record.open = state.of_interest();
-  if (shelved) record.shelved_until_ns = time_of(state.shelved_until);
-  record.raised_ns = time_of(state.raised_sample);
-  if (!state.active) record.cleared_ns = time_of(state.cleared_sample);
+  if (shelved)
+    record.shelved_until_ns =
+        state.shelved_until_ns != 0 ? state.shelved_until_ns : time_of(state.shelved_until);
+  record.raised_ns = json.value("raised_ns", time_of(state.raised_sample));
+  if (!state.active) record.cleared_ns = json.value("cleared_ns", time_of(state.cleared_sample));
   record.json = json.dump();
   if (record.open)
     words_[id] = record.json;

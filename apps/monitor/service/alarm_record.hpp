@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 #include <tuple>
+#include <utility>
 
 #include "monitor/engine/engine.hpp"
 #include "monitor/store/records.hpp"
@@ -21,7 +22,7 @@ namespace resonid::monitor {
 class AlarmRecords {
  public:
   /// An alarm that the store knows, at the start.
-  void know(const AlarmRecord& record) { words_[record.id] = record.json; }
+  void know(const AlarmRecord& record);
   /// One that nobody follows any more, and why.
   void close(AlarmRecord record, const std::string& reason, std::int64_t time_ns, Batch& batch);
   /// An event that the store has and that comes again: add() leaves it out then, once.
@@ -35,6 +36,8 @@ class AlarmRecords {
 
   std::set<Key> replayed_;
   std::map<std::string, std::string> words_;  // JSON by id, of alarms that are not done with
+  /// JSON of who shelved an alarm of an axis and why; empty: nobody did.
+  std::map<std::pair<std::string, std::string>, std::string> shelvings_;
 };
 
 }  // namespace resonid::monitor

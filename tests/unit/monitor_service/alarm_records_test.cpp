@@ -6,6 +6,7 @@
 #include <monitor/service/alarm_record.hpp>
 #include <monitor/service/service.hpp>
 #include <monitor/store/reader.hpp>
+#include <nlohmann/json.hpp>
 #include <resonid/base/error_text.hpp>
 
 #include "folder.hpp"
@@ -200,8 +201,39 @@ TEST(AlarmRecords, ThatTheStoreHasAreNotToldAgain) {
   event.event.sample = 700;
   event.event.transition = monitoring::Transition::cleared;
   event.event.state.active = false;
+  event.time_ns = 40'000'000'000;  // after a silence: not 2 s later
   EXPECT_TRUE(restarted.add("x", 100.0, event, again));
-  EXPECT_EQ(again.alarms.at(0).json, told.alarms[0].json);
+  EXPECT_EQ(again.alarms.at(0).raised_ns, 1'000'000'000);
+  EXPECT_EQ(again.alarms[0].cleared_ns, 40'000'000'000);
+  auto json = nlohmann::json::parse(again.alarms[0].json);
+  json.erase("cleared_ns");
+  EXPECT_EQ(json.dump(), told.alarms[0].json);
+}
+
+TEST(AlarmRecords, AShelvedAlarmThatIsRaisedAgainTellsWhoShelvedItAndWhy) {
+  Results::TimedEvent event;
+  event.event.sample = event.event.state.raised_sample = 500;
+  event.event.transition = monitoring::Transition::raised;
+  event.event.state.active = true;
+  Batch batch;
+  AlarmRecords records;
+  EXPECT_TRUE(records.add("x", 100.0, event, batch));
+  event.event.transition = monitoring::Transition::shelved;
+  event.event.state.shelving = monitoring::Shelving::timed;
+  event.who = "Lee";
+  event.reason = "waits for a part";
+  EXPECT_TRUE(records.add("x", 100.0, event, batch));
+  AlarmRecords restarted;
+  restarted.know(batch.alarms.back());
+  event.event.transition = monitoring::Transition::raised;
+  event.event.sample = event.event.state.raised_sample = 900;
+  event.who = event.reason = "";
+  EXPECT_TRUE(restarted.add("x", 100.0, event, batch));
+  EXPECT_EQ(nlohmann::json::parse(batch.alarms.back().json).at("shelved").at("reason"), "waits for a part");
+  event.event.transition = monitoring::Transition::unshelved;
+  event.event.state.shelving = monitoring::Shelving::none;
+  EXPECT_TRUE(restarted.add("x", 100.0, event, batch));
+  EXPECT_FALSE(nlohmann::json::parse(batch.alarms.back().json).contains("shelved"));
 }
 
 }  // namespace

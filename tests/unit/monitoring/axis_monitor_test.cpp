@@ -216,6 +216,7 @@ TEST(AxisMonitor, RestsWhereThereIsNothingToFollow) {
   EXPECT_TRUE(out.rows.empty());
   EXPECT_NE(monitor.phase(), Phase::following);
   EXPECT_FALSE(monitor.reason().empty());
+  EXPECT_FALSE((monitor.alarms()[{AlarmKind::estimate, {}}].active));  // nothing excites it
 }
 
 TEST(AxisMonitor, PassesOverWhatIsMissing) {
@@ -354,6 +355,38 @@ TEST(AxisMonitor, TakesEachActionOnce) {
   ASSERT_TRUE(monitor.act({monitor.next_sample(), ActionKind::set_baseline, {}, 0, 2}, out));
   run(monitor, std::span(values).last(3 * 250 * 30), 250, out);
   EXPECT_FALSE(monitor.alarms()[resonance].active);
+}
+
+TEST(AxisMonitor, TakesAnotherIntervalOfFalseAlarmsWithTheNextBaseline) {
+  const auto values = samples_of_drive(60.0, 0.0, 0.0, 10);
+  auto spec = spec_of_drive();
+  auto monitor = AxisMonitor::create(spec).value();
+  Output out;
+  EXPECT_EQ(monitor.detector_interval_s(), 0.0);
+  run(monitor, values, 250, out);
+  EXPECT_EQ(monitor.detector_interval_s(), spec.false_alarm_interval_s);
+  const double before = spec.false_alarm_interval_s;
+  spec.false_alarm_interval_s *= 100.0;
+  auto later = AxisMonitor::restore(spec, monitor.snapshot()).value();
+  EXPECT_EQ(later.detector_interval_s(), before);
+  ASSERT_TRUE(later.act({later.next_sample(), ActionKind::set_baseline, {}, 0, 1}, out));
+  EXPECT_EQ(later.detector_interval_s(), spec.false_alarm_interval_s);
+  run(later, values, 250, out);
+  EXPECT_EQ(later.phase(), Phase::following);
+}
+
+TEST(AxisMonitor, TellsThatAnExcitedDriveCannotBeLearned) {
+  auto spec = spec_of_drive();
+  spec.alarms.estimate.on_delay_s = 0.0;
+  auto monitor = AxisMonitor::create(spec).value();
+  std::mt19937_64 generator(8);
+  std::normal_distribution<double> normal;
+  std::vector<double> noise(3 * 250 * 40);
+  for (double& x : noise) x = normal(generator);
+  Output out;
+  run(monitor, noise, 250, out);
+  ASSERT_NE(monitor.phase(), Phase::following) << monitor.reason();
+  EXPECT_TRUE((monitor.alarms()[{AlarmKind::estimate, {}}].active)) << monitor.reason();
 }
 
 TEST(AxisMonitor, GathersNewerSamplesWhereItsTurnToLearnDoesNotCome) {

@@ -58,5 +58,25 @@ TEST(FigureWatch, TellsWhatHasGrownBeyondTheLeastChange) {
   EXPECT_TRUE(told);
 }
 
+TEST(FigureWatch, TellsAChangeThatHasGrownToMoreThanTwice) {
+  Margins m;
+  const auto margin = [&m] { return m.watch.changes(0.0)[static_cast<std::size_t>(Watched::phase_margin)]; };
+  EXPECT_FALSE(m.run(500, 0.0));
+  EXPECT_TRUE(m.run(300, -3.0));
+  EXPECT_NEAR(margin().change.size, -3.0, 0.2);
+  const auto grows = [&](double shift) {
+    bool grown = false;
+    for (int k = 0; k < 200; ++k) {
+      m.run(1, shift);
+      grown = grown || margin().grown;
+    }
+    return grown;
+  };
+  EXPECT_FALSE(grows(-5.0));
+  EXPECT_TRUE(grows(-9.0));
+  EXPECT_NEAR(margin().change.size, -9.0, 1.0);
+  EXPECT_FALSE(grows(-9.0));
+}
+
 }  // namespace
 }  // namespace resonid::monitoring

@@ -57,6 +57,8 @@ class ChangeDetector {
   }
   [[nodiscard]] bool alarm() const noexcept { return alarm_; }
   [[nodiscard]] Change change() const noexcept;  ///< After an alarm.
+  /// After an alarm: the size of the change is that of the newest `blocks` and what follows.
+  void measure_from(std::uint64_t blocks) noexcept;
   /// Value of the statistic; an alarm from 1 on.
   [[nodiscard]] double level() const noexcept { return level_; }
   [[nodiscard]] double threshold() const noexcept;  ///< Threshold of the statistic in its own terms.
@@ -104,6 +106,7 @@ class ChangeDetector {
   void gather(double standardised) noexcept;
   void watch(const Block& now, const Block& before) noexcept;
   void judge(const ChangeStatisticState& state) noexcept;
+  void measure_after(std::uint64_t first) noexcept;
 
   ChangeDetectorConfig config_{};
   std::size_t block_samples_ = 1;

@@ -121,14 +121,24 @@ void ChangeDetector<Real, MaxWindow>::judge(const ChangeStatisticState& state) n
   alarm_sample_ = samples_;
   const std::uint64_t since = std::min<std::uint64_t>({state.since, blocks_ - 1, MaxWindow});
   const std::uint64_t first = blocks_ - since;
+  measure_after(first);
+  change_sample_ = past_[slot(first - 1)].end_sample;
+  before_mean_ = baseline_.mean();
+  before_variance_ = std::pow(baseline_.mean_std(baseline_.total_precision()), 2);
+}
+
+template <class Real, std::size_t MaxWindow>
+void ChangeDetector<Real, MaxWindow>::measure_after(std::uint64_t first) noexcept {
   after_sum_ = after_precision_ = 0.0;
   for (std::uint64_t i = first; i < blocks_; ++i) {
     after_sum_ += past_[slot(i)].sum;
     after_precision_ += past_[slot(i)].precision;
   }
-  change_sample_ = past_[slot(first - 1)].end_sample;
-  before_mean_ = baseline_.mean();
-  before_variance_ = std::pow(baseline_.mean_std(baseline_.total_precision()), 2);
+}
+
+template <class Real, std::size_t MaxWindow>
+void ChangeDetector<Real, MaxWindow>::measure_from(std::uint64_t blocks) noexcept {
+  if (alarm_ && blocks > 0) measure_after(blocks_ - std::min<std::uint64_t>({blocks, blocks_, MaxWindow}));
 }
 
 template <class Real, std::size_t MaxWindow>
