@@ -114,6 +114,15 @@ void run_replay(monitor::Replay replay, const MonitorVerbOptions& o) {
   if (!quiet) print_summary(replay_text(service->backend(), path, rows->rows()));
 }
 
+/// Notes where people read: standard output has one line.
+void tell_checked(const monitor::ConfigurationFile& file, const std::string& path) {
+  if (!output_settings().quiet)
+    for (const auto& note : file.findings.notes) print_error(fmt::format("note: {}\n", message_of(note)));
+  const auto& c = file.configuration;
+  print(fmt::format("{}: {} axes, {} sources: nothing to object\n", path, c.axes.tables.size(),
+                    c.sources.tables.size()));
+}
+
 void run_monitor(CLI::App& verb, MonitorVerbOptions& o) {
   refuse_without_discovery(verb, o.discover);
   if (!o.discover.url.empty()) return run_discover(o.discover);
@@ -123,14 +132,11 @@ void run_monitor(CLI::App& verb, MonitorVerbOptions& o) {
   if (o.schema) return print(monitor::configuration_document());
   if (o.demo) return run_demo(o);
   const ConfiguredRun run{o.configuration, o.data, o.listen};
-  std::optional<monitor::Configuration> configuration;
-  if (!o.configuration.empty()) configuration = configuration_of(run);
-  if (o.check)
-    return print(fmt::format("{}: {} axes, {} sources: nothing to object\n", o.configuration,
-                             configuration->axes.tables.size(), configuration->sources.tables.size()));
-  if (o.replays())
-    return run_replay(read_replay(verb, o.replay, configuration ? &*configuration : nullptr), o);
-  run_configured(run, std::move(*configuration));
+  std::optional<monitor::ConfigurationFile> file;
+  if (!o.configuration.empty()) file = configuration_of(run);
+  if (o.check) return tell_checked(*file, o.configuration);
+  if (o.replays()) return run_replay(read_replay(verb, o.replay, file ? &file->configuration : nullptr), o);
+  run_configured(run, std::move(*file));
 }
 
 }  // namespace

@@ -50,6 +50,11 @@ monitor::Installation installed(const monitor::Configuration& configuration) {
   return std::move(*installation);
 }
 
+/// What was assumed of units.
+void say_notes(const monitor::ConfigurationFile& file) {
+  for (const auto& note : file.findings.notes) say(LogLevel::info, "{}", message_of(note));
+}
+
 /// A service that can take over another configuration.
 class Reloadable {
  public:
@@ -77,10 +82,12 @@ class Reloadable {
   [[nodiscard]] const monitor::Service& service() const { return *service_; }
 
  private:
-  void take_over(monitor::Configuration next) {
+  void take_over(monitor::ConfigurationFile file) {
+    auto& next = file.configuration;
     auto keys = monitor::configuration_keys(next);
     const auto differences = monitor::changes(keys_, keys);
     if (differences.empty()) return say(LogLevel::info, "the configuration has not changed");
+    say_notes(file);
     for (const auto& change : differences) say(LogLevel::info, "{}", change_text(change));
     auto installation = installed(next);
     service_.reset();  // all that was taken is kept, and port and files are free
@@ -149,7 +156,7 @@ void run_service(monitor::Installation installation) {
   service->stop();
 }
 
-monitor::Configuration configuration_of(const ConfiguredRun& run) {
+monitor::ConfigurationFile configuration_of(const ConfiguredRun& run) {
   auto file = monitor::read_configuration(run.path, [&](monitor::Configuration& c) {
     if (!run.data.empty()) c.monitor.data = std::filesystem::absolute(run.data).string();
     if (!run.listen.empty()) c.monitor.listen = run.listen;
@@ -160,12 +167,13 @@ monitor::Configuration configuration_of(const ConfiguredRun& run) {
     for (const auto& e : file.findings.errors) all += (all.empty() ? "" : "\n") + message_of(e);
     throw InputError(all);
   }
-  return std::move(file.configuration);
+  return file;
 }
 
-void run_configured(const ConfiguredRun& run, monitor::Configuration configuration) {
+void run_configured(const ConfiguredRun& run, monitor::ConfigurationFile file) {
   const sigset_t signals = block_signals();
-  Reloadable service(run, std::move(configuration));
+  say_notes(file);
+  Reloadable service(run, std::move(file.configuration));
   monitor::notify("READY=1");
   while (wait_for_signal(signals, watchdog_pace_s(), service.service()) == SIGHUP) service.reload();
   monitor::notify("STOPPING=1");

@@ -31,9 +31,9 @@ void run_service(monitor::Installation installation);
 struct ConfiguredRun {
   std::string path, data, listen;  ///< Empty: as configured.
 };
-/// Findings on standard error; throws what keeps it from running.
-[[nodiscard]] monitor::Configuration configuration_of(const ConfiguredRun& run);
+/// A file that can be used: warnings on standard error; throws what keeps it from running.
+[[nodiscard]] monitor::ConfigurationFile configuration_of(const ConfiguredRun& run);
 /// The same until it is told to end; with SIGHUP the file is read again and taken over.
-void run_configured(const ConfiguredRun& run, monitor::Configuration configuration);
+void run_configured(const ConfiguredRun& run, monitor::ConfigurationFile file);
 
 }  // namespace resonid::cli

@@ -115,6 +115,7 @@ export class Simulation {
     this.diskFull = false;
     this.without = new Set(["lift-3"]); // a baseline's response
     this.pause = 0;
+    this.keepsFigures = false; // of before, while an axis learns
     this.addAlarms();
   }
 
@@ -151,6 +152,11 @@ export class Simulation {
     return name === "press-2" ? now - this.start + 412 : 0.03 + 0.02 * uniform(name);
   }
 
+  /** When the machine was as the figures say. */
+  timeOf(name, now) {
+    return ["conveyor-7", "palletizer-9"].includes(name) ? this.start - 90 : now - this.ageOf(name, now);
+  }
+
   statusOf(name, now, full = false) {
     const t = now - this.ageOf(name, now);
     const values = this.valuesAt(name, name === "press-2" ? this.start - 412 : now);
@@ -161,7 +167,9 @@ export class Simulation {
       if (state.verdict === "not-excited" && !["resonance_hz", "stiffness"].includes(f)) continue;
       const std = this.stdOf(f, values);
       const value = values[f] + 0.6 * std * normal(`${name}${f}${Math.floor(2 * t)}`);
-      figures[f] = { value, std, baseline: base[f], change: value - base[f], change_std: std * 1.2, limit: f === "gap" ? 0.1 : 0.04 * Math.abs(base[f]) };
+      const limits = f === "gap" ? { high: 0.1 } : f === "modulus_margin" ? { low: 0.1 } : { low: base[f] - 0.04 * Math.abs(base[f]), high: base[f] + 0.04 * Math.abs(base[f]) };
+      const measured = state.state === "learning" && !this.keepsFigures ? {} : { value, std, change: value - base[f], change_std: std * 1.2 };
+      figures[f] = { ...measured, baseline: base[f], ...limits };
     }
     const mine = [...this.alarms.values()].filter((a) => a.axis === name && !a.shelved && !a.suppressed);
     const active = mine.filter((a) => a.active);
@@ -170,7 +178,7 @@ export class Simulation {
     const worst = [...open, ...active][0];
     const n = Math.round((now - this.start + 3600) * 1000);
     return {
-      name, ...state, motion: name === "gantry-y" ? "linear" : "rotary", age_s: this.ageOf(name, now), latency_s: 0.04 + 0.03 * uniform(name + "l"), rate_hz: 1000, sample: n, maintenance_until_time_s: this.maintained.get(name), ...(worst ? { worst_alarm: { severity: worst.severity, text: worst.text } } : {}),
+      name, ...state, time_s: this.timeOf(name, now), motion: name === "gantry-y" ? "linear" : "rotary", age_s: this.ageOf(name, now), latency_s: 0.04 + 0.03 * uniform(name + "l"), rate_hz: 1000, sample: n, maintenance_until_time_s: this.maintained.get(name), ...(worst ? { worst_alarm: { severity: worst.severity, text: worst.text } } : {}),
       alarms: told.length, unacknowledged: open.length, figures,
       samples: { received: n, missing: name === "feeder-b" ? 120 : 0, late: name === "feeder-b" ? 7 : 0, duplicate: 0, lost: 0 },
       faults: name === "feeder-b" ? [{ kind: "format", count: 3, text: "line 17: <script>alert('no')</script> is no number" }] : [], source: name === "press-2" ? "plc" : "broker",
@@ -187,7 +195,7 @@ export class Simulation {
   responseOf(name, now) {
     const t = name === "press-2" ? this.start - 412 : now;
     const curve = (machine, noisy) => {
-      const out = { frequency_hz: GRID, real: [], imag: [], std: [], coherence: [], loop: { real: [], imag: [], std: [] } };
+      const out = { frequency_hz: GRID, real: [], imag: [], std: [], coherence: [], coherence_std: [], loop: { real: [], imag: [], std: [] } };
       GRID.forEach((f, i) => {
         let g = responseAt(machine, f);
         let l = loopAt(machine, this.commissioned.get(name), f);
@@ -198,15 +206,18 @@ export class Simulation {
           l = mul(l, e);
         }
         out.real.push(g[0]); out.imag.push(g[1]); out.std.push(relative * Math.hypot(...g) + 0.004);
-        out.coherence.push(Math.max(0, Math.min(1, 1 - 3 * relative ** 1.5 - 0.02 * uniform(`${name}${i}`))));
+        const coherence = Math.max(0, Math.min(1, 1 - 3 * relative ** 1.5 - 0.02 * uniform(`${name}${i}`)));
+        out.coherence.push(coherence);
+        out.coherence_std.push(Math.sqrt((2 * coherence) / 30) * (1 - coherence));
         out.loop.real.push(l[0]); out.loop.imag.push(l[1]); out.loop.std.push(relative * Math.hypot(...l));
       });
       return out;
     };
     const base = curve(this.base.get(name), false);
     delete base.coherence;
+    delete base.coherence_std;
     delete base.loop;
-    return { time_s: t, ...curve(this.machineAt(name, t), true), ...(this.without.has(name) ? {} : { baseline: base }) };
+    return { time_s: this.timeOf(name, now), ...curve(this.machineAt(name, t), true), ...(this.without.has(name) ? {} : { baseline: base }) };
   }
 
   /** By the machine of the baseline itself, without its response. */
@@ -325,8 +336,8 @@ function files() {
   };
 }
 
-/** Starts the server. `token`: what writes need; `readToken`: what reads need, true for the same. Returns its address, its simulation, and how to disturb it. */
-export async function startServer({ axes = 12, token = null, readToken = false, port = 0, frameMs = 100 } = {}) {
+/** Starts the server. `token`: what writes need; `readToken`: what reads need, true for the same; the list of axes waits for what `listing` returns. Returns its address, its simulation, and how to disturb it. */
+export async function startServer({ axes = 12, token = null, readToken = false, listing = () => {}, port = 0, frameMs = 100 } = {}) {
   const simulation = new Simulation({ axes });
   const fileOf = files();
   const sockets = new Set();
@@ -347,7 +358,8 @@ export async function startServer({ axes = 12, token = null, readToken = false, 
 
   const listed = (query) => {
     const open = query.get("state") === "open";
-    const all = [...simulation.alarms.values()].filter((a) => (!query.get("axis") || a.axis === query.get("axis")) && (!open || a.active || !a.acknowledged || a.latched || a.shelved));
+    const [from, to] = [["from", -Infinity], ["to", Infinity]].map(([key, without]) => (query.has(key) ? Number(query.get(key)) : without));
+    const all = [...simulation.alarms.values()].filter((a) => (!query.get("axis") || a.axis === query.get("axis")) && a.raised_time_s <= to && (a.cleared_time_s ?? Infinity) >= from && (!open || a.active || !a.acknowledged || a.latched || a.shelved));
     return { alarms: all.sort((a, b) => b.raised_time_s - a.raised_time_s).slice(0, Number(query.get("limit") ?? 100)) };
   };
   const whole = (status) => Object.fromEntries(Object.entries(status).filter(([, value]) => value !== "" && value !== undefined));
@@ -363,6 +375,10 @@ export async function startServer({ axes = 12, token = null, readToken = false, 
       if (more === "history") return simulation.historyOf(name, query.get("figure").split(","), Number(query.get("from")), Number(query.get("to")), Number(query.get("points")));
     }
     if (what === "alarms" && !name) return listed(query);
+    if (what === "alarms" && !more) {
+      if (!simulation.alarms.has(Number(name))) throw fault(404, `no alarm ${name}`, "id");
+      return { ...simulation.alarms.get(Number(name)), longest_shelving_s: LONGEST_SHELVING_S };
+    }
     if (what === "alarms" && more === "events") {
       return { events: simulation.events.filter((e) => e.alarm === Number(name)).map(({ time_s, sample, transition, state, text, who, reason }) => ({ time_s, sample, transition, state, text, who, reason })) };
     }
@@ -442,6 +458,7 @@ export async function startServer({ axes = 12, token = null, readToken = false, 
       if (/^(evidence\.csv|raw)$/.test(parts[2] ?? "")) return reply(200, "text/csv", "t,ru,u,y\n0,0,0,0\n");
       if (parts[2] === "report.html") return reply(200, "text/html", "<!doctype html><html lang=en><title>report</title><h1>identify</h1>");
       log.queries.push(request.url);
+      if (url.pathname === "/api/v1/axes") await listing();
       return json(200, read(parts, url.searchParams, now));
     } catch (error) {
       return json(error.status ?? 500, { error: { field: error.field ?? "", message: error.message } });
@@ -455,8 +472,8 @@ export async function startServer({ axes = 12, token = null, readToken = false, 
   });
 
   /** What changes from frame to frame. */
-  const short = ({ state, trusted, verdict, why, age_s, latency_s, sample, maintenance_until_time_s, worst_alarm, alarms, unacknowledged, figures }) => whole({
-    state, trusted, verdict, why, age_s, latency_s, sample, maintenance_until_time_s, worst_alarm, alarms, unacknowledged,
+  const short = ({ state, trusted, verdict, why, time_s, age_s, latency_s, sample, maintenance_until_time_s, worst_alarm, alarms, unacknowledged, figures }) => whole({
+    state, trusted, verdict, why, time_s, age_s, latency_s, sample, maintenance_until_time_s, worst_alarm, alarms, unacknowledged,
     figures: Object.fromEntries(Object.entries(figures).map(([f, { value, std, change, change_std }]) => [f, { value, std, change, change_std }])),
   });
 

@@ -18,6 +18,19 @@
 namespace resonid::monitor {
 namespace {
 
+/// Whether any of the signals is converted by this constant.
+bool applies(std::optional<double> io::ColumnMapping::*constant, const io::ColumnMapping& mapping,
+             data::Motion motion, const std::vector<io::SignalUnit>& signals) {
+  auto without = mapping;
+  without.*constant = std::nullopt;
+  std::vector<std::string> unheard;
+  return std::any_of(signals.begin(), signals.end(), [&](const auto& signal) {
+    const auto with_it = io::UnitConverter(mapping, motion, unheard).convert(signal);
+    const auto without_it = io::UnitConverter(without, motion, unheard).convert(signal);
+    return with_it.unit != without_it.unit || with_it.factor != without_it.factor;
+  });
+}
+
 /// A column's unit as the reader of recordings finds it.
 std::string unit_in_name(const std::string& column) {
   io::Table table;
@@ -68,13 +81,16 @@ class SpecBuilder {
     };
     const auto first_note = notes_.size();
     const std::string input_si = io::input_si_unit(a_.motion);
-    const auto u =
-        converter.convert({a_.input, unit_in_name(a_.input), given(a_.input_unit), a_.input_scale, input_si});
     const std::string output_si = io::output_si_unit(a_.motion, a_.output_quantity);
-    const auto y = converter.convert({a_.output, unit_in_name(a_.output), given(a_.output_unit),
-                                      a_.output_scale, output_si, std::string(name_of(a_.output_quantity))});
+    std::vector<io::SignalUnit> signals = {
+        {a_.input, unit_in_name(a_.input), given(a_.input_unit), a_.input_scale, input_si},
+        {a_.output, unit_in_name(a_.output), given(a_.output_unit), a_.output_scale, output_si,
+         std::string(name_of(a_.output_quantity))}};
+    const auto u = converter.convert(signals[0]);
+    const auto y = converter.convert(signals[1]);
     if (const std::string unit = unit_in_name(a_.excitation); !unit.empty()) {
-      const auto ru = converter.convert({a_.excitation, unit, {}, a_.input_scale, input_si});
+      signals.push_back({a_.excitation, unit, {}, a_.input_scale, input_si});
+      const auto ru = converter.convert(signals.back());
       if (ru.factor != u.factor || ru.unit != u.unit)
         refuse_key("excitation",
                    fmt::format("{} is in {}: it must be in the unit of the input, which has the same "
@@ -90,10 +106,35 @@ class SpecBuilder {
     if (!a_.position.empty()) {
       const std::string si = io::output_si_unit(a_.motion, data::OutputQuantity::position);
       const std::string unit = unit_in_name(a_.position);
-      if (!unit.empty())
-        s_.position_scale = converter.convert({a_.position, unit, {}, a_.position_scale, si}).factor;
+      if (!unit.empty()) {
+        signals.push_back({a_.position, unit, {}, a_.position_scale, si});
+        s_.position_scale = converter.convert(signals.back()).factor;
+      }
     }
+    check_constants(mapping, signals, u.unit, y.unit);
     for (auto note = first_note; note < notes_.size(); ++note) notes_[note] = library_keys(notes_[note]);
+  }
+
+  /// A constant that converts nothing was meant for a signal that is taken for something else.
+  void check_constants(const io::ColumnMapping& mapping, const std::vector<io::SignalUnit>& signals,
+                       const std::string& input_is, const std::string& output_is) {
+    using Mapping = io::ColumnMapping;
+    const auto check = [&](const char* key, std::optional<double> Mapping::*constant, const char* signal,
+                           const std::string& column, double scale, const std::string& taken_for,
+                           const std::string& required) {
+      if (!(mapping.*constant) || applies(constant, mapping, a_.motion, signals)) return;
+      const bool scaled = std::abs(scale) != 1.0;
+      refuse_key(key,
+                 fmt::format("applies to nothing: the {0} {1}{2} is taken for {3}; required {0}_unit = {4}",
+                             signal, io::in_quotes(column),
+                             scaled ? fmt::format(" times {}_scale", signal) : "", taken_for, required));
+    };
+    check("torque_constant", &Mapping::torque_constant, "input", a_.input, a_.input_scale, input_is, "\"A\"");
+    check("rated_torque", &Mapping::rated_torque, "input", a_.input, a_.input_scale, input_is, "\"%\"");
+    check(
+        "counts_per_rev", &Mapping::counts_per_rev, "output", a_.output, a_.output_scale, output_is,
+        fmt::format("\"{}\"{}", a_.output_quantity == data::OutputQuantity::velocity ? "counts/s" : "counts",
+                    a_.position.empty() ? "" : ", or counts in the name of the position"));
   }
 
   void check_quantity() {

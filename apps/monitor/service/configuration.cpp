@@ -3,11 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <resonid/io/detail/number_list.hpp>
 #include <resonid/io/experiment.hpp>
 #include <utility>
 
+#include "io/described_text.hpp"
 #include "io/text.hpp"
 #include "io/toml_text.hpp"
 #include "io/toml_visitor.hpp"
@@ -62,6 +64,10 @@ class TableCheck {
     if (has_second && !has_first) note(second, fmt::format("must be given together with {}", first));
     return *this;
   }
+  /// MQTT takes a password together with a user only.
+  TableCheck& login(const Connection& c) {
+    return require("password_file", c.password_file.empty() || !c.user.empty(), "needs a user");
+  }
   TableCheck& connection(const Connection& c) {
     endpoint("address", c.address);
     require("ca_file", c.ca_file.empty() || c.tls, "needs tls = true");
@@ -85,6 +91,15 @@ bool ascends(std::span<const double> values) {
   for (std::size_t i = 0; i < values.size(); ++i)
     if (!(values[i] > (i == 0 ? 0.0 : values[i - 1]))) return false;
   return true;
+}
+
+/// Refuses the first key that is not as by default: nothing is published with these keys.
+template <class Config>
+expected<void, Error> as_by_default(const Config& config, const char* needs) {
+  const auto keys = io::described_keys(config), usual = io::described_keys(Config{});
+  const auto [key, same] = std::mismatch(keys.begin(), keys.end(), usual.begin(), usual.end());
+  if (key == keys.end()) return {};
+  return refuse(key->key, needs);
 }
 
 constexpr std::uint64_t kMostQos = 2;
@@ -162,17 +177,18 @@ expected<void, Error> check(const RetentionConfig& c) {
 }
 
 expected<void, Error> check(const MqttPublishConfig& c) {
-  if (c.topic.empty() && c.connection.address.empty()) return {};
+  if (c.topic.empty() && c.connection.address.empty()) return as_by_default(c, "needs topic and address");
   return TableCheck()
       .pair("topic", !c.topic.empty(), "address", !c.connection.address.empty())
       .require("topic", c.topic.find_first_of("+#") == c.topic.npos, "must not hold the wildcards + and #")
       .range("qos", c.qos, 0, kMostQos)
       .connection(c.connection)
+      .login(c.connection)
       .result();
 }
 
 expected<void, Error> check(const NatsPublishConfig& c) {
-  if (c.subject.empty() && c.connection.address.empty()) return {};
+  if (c.subject.empty() && c.connection.address.empty()) return as_by_default(c, "needs subject and address");
   return TableCheck()
       .pair("subject", !c.subject.empty(), "address", !c.connection.address.empty())
       .require("subject", c.subject.find_first_of("*> \t") == c.subject.npos,
@@ -217,7 +233,8 @@ expected<void, Error> check(const SourceConfig& c) {
           .given("topic", c.topic)
           .connection(c.connection)
           .require("topic", is_topic_filter(c.topic), "must have + as a whole level and # as the last one")
-          .range("qos", c.qos, 0, kMostSourceQos);
+          .range("qos", c.qos, 0, kMostSourceQos)
+          .login(c.connection);
       break;
     case SourceKind::nats:
       t.given("address", c.connection.address)
@@ -255,6 +272,8 @@ expected<void, Error> check(const AxisConfig& c) {
                                              chirp[1] > 0.0 && chirp[1] < nyquist_hz && chirp[2] > 0.0);
   const bool sound_band = band.empty() || (band.size() == 2 && ascends(band) && band[1] <= nyquist_hz);
   const auto lines = c.lines_hz.hz();
+  const bool may_drift =
+      c.method == identification::TrackMethod::automatic || c.method == identification::TrackMethod::physical;
   return TableCheck()
       .given("source", c.source)
       .range("sample_rate_hz", c.sample_rate_hz, kLeastRate, kMostRate)
@@ -264,6 +283,8 @@ expected<void, Error> check(const AxisConfig& c) {
       .not_zero("excitation_scale", c.excitation_scale)
       .not_zero("output_scale", c.output_scale)
       .not_zero("position_scale", c.position_scale)
+      .require("excitation_scale", c.excitation_scale == 1.0 || !c.excitation.empty(), "needs an excitation")
+      .require("position_scale", c.position_scale == 1.0 || !c.position.empty(), "needs a position")
       .not_zero("torque_constant", c.torque_constant.value_or(1.0))
       .positive("rated_torque", c.rated_torque)
       .positive("counts_per_rev", c.counts_per_rev)
@@ -276,6 +297,8 @@ expected<void, Error> check(const AxisConfig& c) {
       .require("band_hz", sound_band, "must be [FROM, TO], > 0, ascending and up to half the sample rate")
       .range("memory_s", c.memory_s, 0.0, kMost)
       .range("drift_per_s", c.drift_per_s.value_or(0.0), 0.0, 1.0)
+      .require("drift_per_s", !c.drift_per_s || may_drift,
+               fmt::format("needs method = \"physical\" or \"auto\", found \"{}\"", name_of(c.method)))
       .range("baseline_s", c.baseline_s, 1.0, 1e7)
       .range("ring_s", c.ring_s, 10.0, 1e6)
       .result();

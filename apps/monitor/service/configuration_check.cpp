@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <resonid/base/error_text.hpp>
 #include <resonid/io/detail/suggestion.hpp>
 #include <resonid/io/experiment.hpp>
@@ -64,12 +65,13 @@ class Checker {
     table("publish", c_.publish);
     table("publish.mqtt", c_.publish.mqtt);
     table("publish.nats", c_.publish.nats);
-    table("alarms", c_.alarms);
+    const bool sound_alarms = table("alarms", c_.alarms);
     service();
     published();
     for (const auto& [name, source] : c_.sources.tables) one_source(name, source);
     if (c_.axes.tables.empty()) error("axis", "must have a table for each axis, [axis.NAME]: found none");
     for (const auto& [name, axis] : c_.axes.tables) one_axis(name, axis);
+    if (sound_alarms) alarms_of_all();
     unused_sources();
     sizes();
     return std::move(findings_);
@@ -251,6 +253,7 @@ class Checker {
     const bool sound = table(path, a) && table(path + ".alarms", a.alarms);
     if (!a.source.empty()) belongs(path, own, a);
     if (!sound) return;
+    without_effect(path + ".alarms", a.alarms, c_.alarms, {&a});
     std::vector<std::string> notes;
     auto spec = axis_spec_of(c_, own, a, 1.0, notes);
     for (auto& note : notes) findings_.notes.push_back({path, std::move(note)});
@@ -258,6 +261,51 @@ class Checker {
     Error fault = spec.error();
     fault.field = path + "." + fault.field.str();
     findings_.errors.push_back(std::move(fault));
+  }
+
+  void alarms_of_all() {
+    std::vector<const AxisConfig*> axes;
+    for (const auto& [name, axis] : c_.axes.tables) axes.push_back(&axis);
+    if (!axes.empty()) without_effect("alarms", c_.alarms, standard_alarms(), axes);
+  }
+
+  /// What an axis may lack of a figure: then its rows never have it.
+  struct Needed {
+    std::string AxisConfig::*key;
+    std::string_view name;
+  };
+  static std::optional<Needed> needed_for(monitoring::Watched figure) {
+    using monitoring::Watched;
+    if (figure == Watched::modulus_margin || figure == Watched::phase_margin)
+      return Needed{&AxisConfig::controller, "controller"};
+    if (figure == Watched::gap) return Needed{&AxisConfig::baseline, "baseline"};
+    return std::nullopt;
+  }
+
+  /// Refuses what `alarms` says other than `usual` and none of `axes` can obey: limits of a figure that it
+  /// does not have, a deadband without limits.
+  void without_effect(const std::string& path, const monitoring::AxisAlarmSettings& alarms,
+                      const monitoring::AxisAlarmSettings& usual,
+                      const std::vector<const AxisConfig*>& axes) {
+    const auto any = [&](const auto& has) { return std::any_of(axes.begin(), axes.end(), has); };
+    const auto is_limited = [](const monitoring::FigureAlarmSettings& f) {
+      return std::isfinite(f.low) || std::isfinite(f.high);
+    };
+    for (const auto& [figure, own_name] : monitoring::kWatchedNames) {
+      std::string name = path + '.' + std::string(own_name);
+      std::replace(name.begin() + static_cast<std::ptrdiff_t>(path.size()), name.end(), '-', '_');
+      const auto &own = alarms[figure], &other = usual[figure];
+      const auto needed = needed_for(figure);
+      if (needed && !any([&](const AxisConfig* a) { return !(a->*needed->key).empty(); })) {
+        const std::string needs =
+            fmt::format("needs an axis with a {}: without one this limit is never judged", needed->name);
+        if (std::isfinite(own.low) && own.low != other.low) error(name + ".low", needs);
+        if (std::isfinite(own.high) && own.high != other.high) error(name + ".high", needs);
+      }
+      const bool limited = any([&, f = figure](const AxisConfig* a) { return is_limited(a->alarms[f]); });
+      if (own.deadband > 0.0 && own.deadband != other.deadband && !limited)
+        error(name + ".deadband", "needs low or high");
+    }
   }
 
   void belongs(const std::string& path, const std::string& own, const AxisConfig& a) {

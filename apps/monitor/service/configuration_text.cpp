@@ -138,11 +138,15 @@ read. They are not printed, stored, or part of any digest.
 
 ## Errors
 
-`resonid monitor --check FILE.toml` says all that can be known beforehand, one line for each error or warning, with file, line
-and column, what was found and what is required. The service does not start with an error.
+`resonid monitor --check FILE.toml` says all that can be known beforehand, one line for each error, warning or note, with file, line
+and column, what was found and what is required. The service does not start with an error. A `note` says what was assumed and
+converted of an axis' units: read them, no program can check them. Errors are also keys that can have no effect: a
+`torque_constant` without an input in A, a limit of a margin without a `controller` or of the gap without a `baseline`. What
+`[alarms]` says of all axes is one where no axis at all can obey it.
 
     m.toml:14:10: axis.x.source: found 'lime' (did you mean 'line'?), required the name of a source; there are: line
     m.toml:9:8: source.line.path: '/var/lib/x.csv' is not there yet
+    m.toml:12:1: axis.y: no unit in 'u': Nm assumed
 
 ## What can change while it runs
 

@@ -37,43 +37,36 @@ auto no(Problem::Kind kind, std::string field, std::string message) {
 }
 auto broken(const StoreError& error) { return no(Problem::Kind::unavailable, "store", error.text); }
 
-web::AxisState state_of(const LiveAxis& live, const Intake& intake) {
-  if (live.stale) return intake.refusal().empty() ? web::AxisState::stale : web::AxisState::refused;
+bool anything_came(const LiveAxis& live, const Intake& intake) {
+  return live.next_sample > 0 || intake.arrived_ns() != 0;
+}
+
+/// Whether no samples come. While an axis learns, or waits to, the engine does not look.
+bool is_silent(const AxisView& v) {
+  if (v.live.phase == Phase::following) return v.live.stale;
+  const std::int64_t arrived = v.intake.arrived_ns();
+  return seconds(v.now_ns - (arrived != 0 ? arrived : v.started_ns)) >= v.stale_s;
+}
+
+web::AxisState state_of(const LiveAxis& live, const Intake& intake, bool silent) {
+  if (silent) return intake.refusal().empty() ? web::AxisState::stale : web::AxisState::refused;
   if (live.phase == Phase::following) return web::AxisState::following;
-  if (live.next_sample == 0 || live.phase == Phase::resting) return web::AxisState::waiting;
+  if (!anything_came(live, intake) || live.phase == Phase::resting) return web::AxisState::waiting;
   return web::AxisState::learning;
 }
 
 /// Why a row is not trusted, in words.
-/// Why an alarm in this state cannot be treated so.
-std::optional<Problem> refusal_of(monitoring::ActionKind kind, const monitoring::AlarmState& alarm,
-                                  std::optional<double> seconds, double longest_s) {
-  using K = monitoring::ActionKind;
-  const auto conflict = [](const char* why) { return Problem{Problem::Kind::conflict, "id", why}; };
-  if (kind == K::acknowledge && alarm.acknowledged) return conflict("the alarm is acknowledged already");
-  if (kind == K::unshelve && alarm.shelving == monitoring::Shelving::none)
-    return conflict("the alarm is not shelved");
-  if (kind == K::reset && !alarm.latched)
-    return conflict("the alarm is not latched: it ends by itself once it has cleared");
-  if (kind == K::reset && !alarm.acknowledged) return conflict("the alarm must be acknowledged first");
-  if (kind == K::shelve && seconds && *seconds <= 0.0)
-    return Problem{Problem::Kind::invalid, "until", "the end of shelving must lie ahead"};
-  if (kind == K::shelve && seconds && *seconds > longest_s)
-    return Problem{Problem::Kind::invalid, "until",
-                   fmt::format("the end of shelving lies {:.1f} h ahead; at most {:.1f} h are required "
-                               "(longest_shelving_s of the alarm)",
-                               *seconds / 3600.0, longest_s / 3600.0)};
-  return std::nullopt;
-}
-
-std::string why(const LiveAxis& live, const Intake& intake) {
+std::string why(const LiveAxis& live, const Intake& intake, bool silent) {
   using V = online::AxisVerdict;
-  if (live.stale || live.next_sample == 0)
+  const bool came = anything_came(live, intake);
+  if (silent || !came)
     if (const auto refusal = intake.refusal(); !refusal.empty()) return "what comes is refused: " + refusal;
-  if (live.stale) return "no samples come";
+  if (silent) return "no samples come";
   if (live.phase != Phase::following) {
     if (!live.reason.empty()) return live.reason;
-    return live.next_sample == 0 ? "waits for the first samples" : "learns what the machine is";
+    if (!came) return "waits for the first samples";
+    return live.phase == Phase::learning ? "learns what the machine is, or waits for its turn to learn"
+                                         : "learns what the machine is";
   }
   if (!live.row.trusted && !live.reason.empty()) return live.reason;
   switch (live.row.verdict) {
@@ -101,9 +94,17 @@ std::string why(const LiveAxis& live, const Intake& intake) {
   return "";
 }
 
+std::string why(const LiveAxis& live, const Intake& intake) { return why(live, intake, live.stale); }
+
 web::AlarmChange change_of(const Json& json) {
   return {json.value("before", kUnknown), json.value("after", kUnknown),    json.value("size", kUnknown),
           json.value("std", kUnknown),    json.value("relative", kUnknown), json.value("sigma", kUnknown)};
+}
+
+/// Whether an alarm that is not yet written was open within; its events are not to be had.
+bool is_within(const AlarmRecord& record, const TimeSpan& span) {
+  return record.raised_ns < span.to_ns &&
+         (record.open || std::max(record.raised_ns, record.cleared_ns.value_or(0)) >= span.from_ns);
 }
 
 /// As Reader::alarms() chooses them.
@@ -133,7 +134,78 @@ std::string file_text(const std::filesystem::path& path) {
   return file ? text.str() : std::string();
 }
 
+/// What is known of the machine that is followed now; what is kept of a former one is not shown.
+void add_figures(const AxisView& v, web::AxisStatus& s) {
+  const auto& live = v.live;
+  s.verdict = live.row.verdict;
+  s.trusted = live.row.trusted && !live.stale;
+  if (live.row_ns != 0) {
+    const double lag_s = live.row.lag_samples / v.installed.spec.sample_rate_hz;
+    s.time_s = seconds(live.row_ns) - (std::isfinite(lag_s) ? lag_s : 0.0);
+  }
+  // A sender's clock may be ahead of ours.
+  if (live.newest_ns != 0 && !live.stale)
+    s.latency_s = std::max(0.0, seconds(live.processed_ns - live.newest_ns));
+  for (std::size_t i = 0; i < monitoring::kWatched; ++i) {
+    auto& f = s.figures[i];
+    f.now = live.row.figures[i];
+    const auto figure = static_cast<monitoring::Watched>(i);
+    if (v.rules[{monitoring::AlarmKind::limit, figure}].enabled) {
+      f.low = v.rules.low(figure);
+      f.high = v.rules.high(figure);
+    }
+    if (!live.watches[i]) continue;
+    const auto& c = live.changes[i];
+    f.baseline = c.before;
+    f.change = f.now.value - c.before;
+    f.change_std = std::hypot(f.now.std, c.before_std);
+  }
+}
+
+void add_age(const AxisView& v, web::AxisStatus& s, bool silent) {
+  const std::int64_t arrived = v.intake.arrived_ns(), told = v.live.newest_ns;
+  std::int64_t newest = told;
+  if (arrived != 0 && (v.live.phase != Phase::following || silent))
+    // Samples wait while it learns, and clocks of senders differ.
+    newest = v.live.phase != Phase::following ? arrived : std::min(told, arrived);
+  if (newest == 0) return;
+  s.newest_time_s = seconds(newest);
+  s.age_s = std::max(0.0, seconds(v.now_ns - newest));
+}
+
 }  // namespace
+
+std::optional<Problem> refusal_of(monitoring::ActionKind kind, const monitoring::AlarmState& alarm,
+                                  std::optional<double> seconds, double longest_s) {
+  using K = monitoring::ActionKind;
+  const auto conflict = [](const char* why) { return Problem{Problem::Kind::conflict, "id", why}; };
+  if (kind == K::acknowledge && alarm.acknowledged) return conflict("the alarm is acknowledged already");
+  if (kind == K::unshelve && alarm.shelving == monitoring::Shelving::none)
+    return conflict("the alarm is not shelved");
+  if (kind == K::reset && !alarm.latched)
+    return conflict("the alarm is not latched: it ends by itself once it has cleared");
+  if (kind == K::reset && !alarm.acknowledged) return conflict("the alarm must be acknowledged first");
+  if (kind == K::shelve && seconds && *seconds <= 0.0)
+    return Problem{Problem::Kind::invalid, "until", "the end of shelving must lie ahead"};
+  if (kind == K::shelve && seconds && *seconds > longest_s)
+    return Problem{Problem::Kind::invalid, "until",
+                   fmt::format("the end of shelving lies {:.1f} h ahead; at most {:.1f} h are required "
+                               "(longest_shelving_s of the alarm)",
+                               *seconds / 3600.0, longest_s / 3600.0)};
+  return std::nullopt;
+}
+
+double longest_shelving_s(const monitoring::AxisAlarmRules& rules, AlarmId alarm) {
+  return static_cast<double>(rules[alarm].longest_shelving) / rules.sample_rate_hz();
+}
+
+monitoring::Detectors detectors_of(const monitoring::AxisSpec& spec, const LiveAxis& live) {
+  if (!(live.detector_interval_s > 0.0)) return {};
+  const auto& figures = spec.alarms.figures;
+  const auto count = std::count_if(figures.begin(), figures.end(),
+                                   [](const auto& f) { return f.alarm.enabled && f.changes; });
+  return {static_cast<std::size_t>(count), live.detector_interval_s};
+}
 
 web::Alarm alarm_of(const AlarmRecord& r) {
   const Json json = Json::parse(r.json, nullptr, false);
@@ -181,6 +253,7 @@ LiveBackend::LiveBackend(const Installation& installation, Engine& engine, const
       recorder_(recorder),
       reader_(std::move(reader)),
       axes_(std::move(axes)),
+      coherence_(axes_.size()),
       sources_(std::move(sources)),
       started_ns_(now_ns()) {
   for (const auto& axis : axes_)
@@ -197,72 +270,48 @@ Answer<std::size_t> LiveBackend::index_of(const std::string& axis) const {
 
 /// The least over its alarms.
 double LiveBackend::longest_shelving_s(std::size_t index) const {
-  auto least = std::numeric_limits<std::uint64_t>::max();
+  double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < monitoring::kAlarms; ++i)
-    if (const auto& rules = rules_[index][AlarmId::of(i)]; rules.enabled)
-      least = std::min(least, rules.longest_shelving);
-  return static_cast<double>(least) / axes_[index].installed->spec.sample_rate_hz;
+    if (const auto alarm = AlarmId::of(i); rules_[index][alarm].enabled)
+      least = std::min(least, monitor::longest_shelving_s(rules_[index], alarm));
+  return least;
 }
 
 web::AxisStatus LiveBackend::status_of(std::size_t index, const LiveAxis& live) const {
   const Axis& axis = axes_[index];
+  return monitor::status_of({*axis.installed, rules_[index], live, *axis.intake, now_ns(), started_ns_,
+                             installation_.engine.stale_s});
+}
+
+web::AxisStatus status_of(const AxisView& view) {
+  const auto& [installed, rules, live, intake, now, started, stale_s] = view;
+  const bool silent = is_silent(view);
   web::AxisStatus s;
-  s.name = axis.installed->spec.name;
-  s.state = state_of(live, *axis.intake);
-  s.trusted = live.row.trusted && !live.stale && live.phase == Phase::following;
-  s.verdict = live.row.verdict;
-  s.why = why(live, *axis.intake);
-  s.motion = axis.installed->spec.motion;
-  const std::int64_t now = now_ns();
-  if (live.row_ns != 0) {
-    const double lag_s = live.row.lag_samples / axis.installed->spec.sample_rate_hz;
-    s.time_s = seconds(live.row_ns) - (std::isfinite(lag_s) ? lag_s : 0.0);
-  }
-  if (live.newest_ns != 0) {
-    // A sender's clock may be ahead of ours.
-    s.latency_s = std::max(0.0, seconds(live.processed_ns - live.newest_ns));
-    const std::int64_t arrived = axis.intake->arrived_ns();
-    const double told_s = seconds(now - live.newest_ns),
-                 here_s = arrived != 0 ? seconds(now - arrived) : told_s;
-    if (live.phase != Phase::following)  // samples wait while it learns
-      s.age_s = std::max(0.0, here_s);
-    else
-      s.age_s = std::max({0.0, told_s, live.stale ? here_s : 0.0});
-  }
-  s.rate_hz = axis.installed->spec.sample_rate_hz;
+  s.name = installed.spec.name;
+  s.state = state_of(live, intake, silent);
+  s.why = why(live, intake, silent);
+  s.motion = installed.spec.motion;
+  if (live.phase == Phase::following) add_figures(view, s);
+  add_age(view, s, silent);
+  s.rate_hz = installed.spec.sample_rate_hz;
   s.sample = live.row.sample;
   if (live.maintenance_until_ns != 0) s.maintenance_until_time_s = seconds(live.maintenance_until_ns);
-  s.source = axis.installed->source;
-  for (std::size_t i = 0; i < monitoring::kWatched; ++i) {
-    auto& f = s.figures[i];
-    f.now = live.row.figures[i];
-    if (!live.watches[i]) continue;
-    const auto& c = live.changes[i];
-    f.baseline = c.before;
-    f.change = f.now.value - c.before;
-    f.change_std = std::hypot(f.now.std, c.before_std);
-    // Where the change goes to.
-    const auto figure = static_cast<monitoring::Watched>(i);
-    const auto& rules = rules_[index];
-    const double room = f.change < 0.0 ? c.before - rules.low(figure) : rules.high(figure) - c.before;
-    if (rules[{monitoring::AlarmKind::limit, figure}].enabled && std::isfinite(room))
-      f.limit = std::max(0.0, room);
-  }
+  s.source = installed.source;
   for (std::size_t i = 0; i < monitoring::kAlarms; ++i) {
     const auto& a = live.alarms[i];
     if (!a.annunciated()) continue;
     ++s.alarms;
     if (!a.acknowledged) ++s.unacknowledged;
-    const auto severity = rules_[index].severity(AlarmId::of(i));
+    const auto severity = rules.severity(AlarmId::of(i));
     if (!s.worst_alarm || severity > s.worst_alarm->severity)
       s.worst_alarm = web::AxisStatus::Worst{severity, monitoring::alarm_name(AlarmId::of(i))};
   }
-  const auto& counts = axis.intake->counters();
+  const auto& counts = intake.counters();
   s.samples = {counts.samples.load(), counts.missing.load(), counts.late.load(), counts.duplicate.load(),
                counts.lost.load()};
   for (const auto& fault : kFaultNames)
-    if (const auto count = axis.intake->faults().count(fault.value); count > 0)
-      s.faults.push_back({std::string(fault.name), count, axis.intake->faults().example(fault.value)});
+    if (const auto count = intake.faults().count(fault.value); count > 0)
+      s.faults.push_back({std::string(fault.name), count, intake.faults().example(fault.value)});
   return s;
 }
 
@@ -284,7 +333,7 @@ Answer<web::AxisDetail> LiveBackend::axis(const std::string& name) const {
   d.status = status_of(*index, *live);
   d.estimator.method = live->method;
   if (live->memory_s > 0.0) d.estimator.memory_s = live->memory_s;
-  d.estimator.gates = live->row.gates;
+  if (live->phase == Phase::following) d.estimator.gates = live->row.gates;
   if (live->learned_s > 0.0) d.estimator.learned_s = live->learned_s;
   d.estimator.start = live->start;
   d.longest_shelving_s = longest_shelving_s(*index);
@@ -331,11 +380,10 @@ Answer<web::AxisResponse> LiveBackend::response(const std::string& axis) const {
   web::AxisResponse r;
   r.time_s = seconds(live->curve_ns);
   r.plant = curve(c.frequency_hz, c.plant, c.std);
-  if (!c.std.empty())
-    for (std::size_t i = 0; i < c.std.size(); ++i) {
-      const double relative = c.std[i] / std::abs(c.plant[i]);
-      r.plant.coherence.push_back(1.0 / (1.0 + relative * relative));
-    }
+  const auto& a = axes_[*index];
+  auto coherence = coherence_[*index].at(*a.ring, a.installed->spec, c.frequency_hz);
+  r.plant.coherence = std::move(coherence.value);
+  r.plant.coherence_std = std::move(coherence.std);
   if (!c.loop.empty()) r.loop = curve(c.frequency_hz, c.loop, c.loop_std);
   // What a person set came after what was configured.
   if (const auto set = recorder_.baseline_curve(*index)) {
@@ -416,18 +464,33 @@ std::vector<web::Alarm> LiveBackend::alarms(const web::AlarmQuestion& q) const {
   const AlarmFilter filter = from_name<AlarmFilter>(name_of(q.state)).value_or(AlarmFilter::all);
   const auto axis = q.axis.empty() ? std::nullopt : std::optional(q.axis);
   const std::size_t limit = std::max<std::uint32_t>(1, q.limit);
+  const TimeSpan span{ns_of(q.from_s), ns_of(q.to_s)};
   const auto unwritten = recorder_.status().unwritten;
   std::vector<web::Alarm> all;
   for (const auto& record : unwritten)
-    if (is_among(record, q)) all.push_back(alarm_of(record));
+    if (is_among(record, q) && is_within(record, span)) all.push_back(told(record));
   const std::scoped_lock lock(reader_mutex_);
-  if (const auto found = reader_.alarms(filter, axis, limit))
+  if (const auto found = reader_.alarms(filter, axis, limit, span))
     for (const auto& record : *found)
       if (is_among(record, q) && std::none_of(unwritten.begin(), unwritten.end(),
                                               [&](const auto& newer) { return newer.id == record.id; }))
-        all.push_back(alarm_of(record));
+        all.push_back(told(record));
   if (all.size() > limit) all.resize(limit);
   return all;
+}
+
+web::Alarm LiveBackend::told(const AlarmRecord& record) const {
+  web::Alarm alarm = alarm_of(record);
+  const auto index = index_of(record.axis);
+  const auto id = monitoring::alarm_from_name(record.alarm);
+  if (index && id) alarm.longest_shelving_s = monitor::longest_shelving_s(rules_[*index], *id);
+  return alarm;
+}
+
+Answer<web::Alarm> LiveBackend::alarm(std::uint64_t alarm) const {
+  const auto record = record_of(alarm);
+  if (!record) return tl::unexpected(record.error());
+  return told(*record);
 }
 
 Answer<AlarmRecord> LiveBackend::record_of(std::uint64_t alarm) const {
@@ -472,13 +535,15 @@ Answer<std::string> LiveBackend::evidence(std::uint64_t alarm) const {
 Answer<std::string> LiveBackend::report(std::uint64_t alarm) const {
   const auto record = record_of(alarm);
   if (!record) return tl::unexpected(record.error());
-  const auto index = index_of(record->axis);
-  if (!index) return tl::unexpected(index.error());
   if (const auto text = evidence(alarm); !text) return text;
   const auto csv = installation_.data / "evidence" / fmt::format("{}.csv", alarm);
   auto html = csv;
   html.replace_extension(".html");
   if (auto made = file_text(html); !made.empty()) return made;
+  const auto index = index_of(record->axis);
+  if (!index)
+    return no(Problem::Kind::not_found, "axis",
+              fmt::format("axis '{}' is no longer configured; evidence.csv has what was kept", record->axis));
   // It takes all of a core for seconds: one at a time, so that the others who answer are free.
   const std::unique_lock one(report_mutex_, std::try_to_lock);
   if (!one.owns_lock())
@@ -488,10 +553,10 @@ Answer<std::string> LiveBackend::report(std::uint64_t alarm) const {
   return std::move(*page);
 }
 
-std::vector<web::AuditEntry> LiveBackend::audit(std::uint32_t limit) const {
+std::vector<web::AuditEntry> LiveBackend::audit(const web::AuditQuestion& q) const {
   std::vector<web::AuditEntry> all;
   const std::scoped_lock lock(reader_mutex_);
-  if (const auto found = reader_.audit(std::max<std::uint32_t>(1, limit)))
+  if (const auto found = reader_.audit(std::max<std::uint32_t>(1, q.limit), {ns_of(q.from_s), ns_of(q.to_s)}))
     for (const auto& a : *found) {
       const Json json = Json::parse(a.arguments, nullptr, false);
       std::string text;
@@ -533,6 +598,11 @@ web::ServiceStatus LiveBackend::status() const {
              !store.fault.empty(), !store.over_limit.empty()};
   s.threshold.false_alarm_interval_s = installation_.false_alarm_interval_s;
   if (!axes_.empty()) s.threshold.per_figure_s = axes_.front().installed->spec.false_alarm_interval_s;
+  std::vector<monitoring::Detectors> detectors;
+  for (std::size_t i = 0; i < axes_.size(); ++i)
+    if (const auto live = engine_.live(i)) detectors.push_back(detectors_of(axes_[i].installed->spec, *live));
+  if (const double present_s = monitoring::installation_interval_s(detectors); std::isfinite(present_s))
+    s.threshold.present_interval_s = present_s;
   for (const auto& d : store.deliveries)
     s.deliveries.push_back({d.name, d.waiting, d.delivered, d.failures, d.given_up, d.fault});
   return s;
@@ -609,8 +679,8 @@ Answer<void> LiveBackend::act(const web::Action& action) {
   std::optional<double> seconds_from_now;
   if (std::isfinite(action.until_time_s)) seconds_from_now = action.until_time_s - seconds(now_ns());
   if (kind < K::maintenance)
-    if (auto refused =
-            refusal_of(kind, live->alarms[alarm.index()], seconds_from_now, longest_shelving_s(*index)))
+    if (auto refused = refusal_of(kind, live->alarms[alarm.index()], seconds_from_now,
+                                  monitor::longest_shelving_s(rules_[*index], alarm)))
       return tl::unexpected(std::move(*refused));
   if (const auto done = engine_.act(*index, kind, alarm, seconds_from_now, action.who, action.reason); !done)
     return no(Problem::Kind::unavailable, "axis", done.error().requirement.str());

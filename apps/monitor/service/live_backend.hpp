@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,10 +12,12 @@
 #include "monitor/samples/intake.hpp"
 #include "monitor/samples/ring.hpp"
 #include "monitor/service/installation.hpp"
+#include "monitor/service/measured_coherence.hpp"
 #include "monitor/service/recorder.hpp"
 #include "monitor/sources/source.hpp"
 #include "monitor/store/reader.hpp"
 #include "monitor/web/backend.hpp"
+#include "monitoring/threshold.hpp"
 
 namespace resonid::monitor {
 
@@ -44,10 +47,12 @@ class LiveBackend : public web::Backend {
   [[nodiscard]] web::Answer<web::Comparison> compare(const std::string& axis, double a_time_s,
                                                      double b_time_s) const override;
   [[nodiscard]] std::vector<web::Alarm> alarms(const web::AlarmQuestion& question) const override;
+  [[nodiscard]] web::Answer<web::Alarm> alarm(std::uint64_t alarm) const override;
   [[nodiscard]] web::Answer<std::vector<web::AlarmEvent>> events(std::uint64_t alarm) const override;
   [[nodiscard]] web::Answer<std::string> evidence(std::uint64_t alarm) const override;
   [[nodiscard]] web::Answer<std::string> report(std::uint64_t alarm) const override;
-  [[nodiscard]] std::vector<web::AuditEntry> audit(std::uint32_t limit) const override;
+  using web::Backend::audit;
+  [[nodiscard]] std::vector<web::AuditEntry> audit(const web::AuditQuestion& question) const override;
   [[nodiscard]] web::ServiceStatus status() const override;
   [[nodiscard]] web::Readiness readiness() const override;
   [[nodiscard]] web::Answer<void> act(const web::Action& action) override;
@@ -56,6 +61,7 @@ class LiveBackend : public web::Backend {
   [[nodiscard]] web::Answer<std::size_t> index_of(const std::string& axis) const;
   [[nodiscard]] double longest_shelving_s(std::size_t index) const;
   [[nodiscard]] web::AxisStatus status_of(std::size_t index, const LiveAxis& live) const;
+  [[nodiscard]] web::Alarm told(const AlarmRecord& record) const;
   [[nodiscard]] web::Answer<AlarmRecord> record_of(std::uint64_t alarm) const;
 
   const Installation& installation_;
@@ -64,10 +70,32 @@ class LiveBackend : public web::Backend {
   mutable std::mutex reader_mutex_, report_mutex_;
   mutable Reader reader_;
   std::vector<Axis> axes_;
+  mutable std::vector<MeasuredCoherence> coherence_;  // [axis]
   std::vector<RunningSource> sources_;
   std::vector<monitoring::AxisAlarmRules> rules_;
   std::int64_t started_ns_;
 };
+
+/// What an axis' status is made of.
+struct AxisView {
+  const InstalledAxis& installed;
+  const monitoring::AxisAlarmRules& rules;
+  const LiveAxis& live;
+  const Intake& intake;
+  std::int64_t now_ns = 0, started_ns = 0;  ///< UNIX; the latter of the service.
+  double stale_s = 0.0;                     ///< Without samples for so long it is stale.
+};
+[[nodiscard]] web::AxisStatus status_of(const AxisView& view);
+
+/// For how long this alarm can be shelved.
+[[nodiscard]] double longest_shelving_s(const monitoring::AxisAlarmRules& rules, monitoring::AlarmId alarm);
+/// Why an alarm in this state cannot be treated so.
+[[nodiscard]] std::optional<web::Problem> refusal_of(monitoring::ActionKind kind,
+                                                     const monitoring::AlarmState& alarm,
+                                                     std::optional<double> seconds, double longest_s);
+
+/// Detectors of an axis' changes with the thresholds that they have now; none while nothing is watched.
+[[nodiscard]] monitoring::Detectors detectors_of(const monitoring::AxisSpec& spec, const LiveAxis& live);
 
 /// A stored alarm as people see it.
 [[nodiscard]] web::Alarm alarm_of(const AlarmRecord& record);

@@ -200,15 +200,19 @@ expected<std::vector<RowRecord>, StoreError> Reader::rows(std::string_view axis,
 
 expected<std::vector<AlarmRecord>, StoreError> Reader::alarms(AlarmFilter filter,
                                                               const std::optional<std::string>& axis,
-                                                              std::size_t limit) {
+                                                              std::size_t limit, const TimeSpan& span) {
   return impl_->read([&] {
     std::string sql(kAlarmColumns);
     sql += "WHERE ";
     sql += condition_of(filter);
     sql += axis ? "AND axis = (SELECT id FROM axes WHERE name = ?2) " : "AND ?2 = '' ";
-    sql += "ORDER BY raised_ns DESC LIMIT ?1";
+    // What ended it, a person mostly, is its last event.
+    sql +=
+        "AND raised_ns < ?4 AND (open OR raised_ns >= ?3 OR cleared_ns >= ?3 OR "
+        "EXISTS (SELECT 1 FROM events WHERE alarm_id = alarms.id AND time_ns >= ?3)) "
+        "ORDER BY raised_ns DESC LIMIT ?1";
     std::vector<AlarmRecord> alarms;
-    Query query(impl_->connection, sql, sql_limit(limit), axis.value_or(""));
+    Query query(impl_->connection, sql, sql_limit(limit), axis.value_or(""), span.from_ns, span.to_ns);
     while (query.next()) alarms.push_back(alarm_of(query));
     return alarms;
   });
@@ -244,11 +248,13 @@ expected<std::vector<EventRecord>, StoreError> Reader::events_from(std::string_v
   });
 }
 
-expected<std::vector<ActionRecord>, StoreError> Reader::audit(std::size_t limit) {
+expected<std::vector<ActionRecord>, StoreError> Reader::audit(std::size_t limit, const TimeSpan& span) {
   return impl_->read([&] {
-    Query query(impl_->connection,
-                std::string(kActionColumns) + "WHERE kind <> 'gather' ORDER BY actions.id DESC LIMIT ?",
-                sql_limit(limit));
+    Query query(
+        impl_->connection,
+        std::string(kActionColumns) +
+            "WHERE kind <> 'gather' AND time_ns >= ? AND time_ns < ? ORDER BY actions.id DESC LIMIT ?",
+        span.from_ns, span.to_ns, sql_limit(limit));
     return actions_of(query);
   });
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <monitor/store/records.hpp>
 #include <monitor/store/store_error.hpp>
@@ -56,6 +57,12 @@ struct Difference {
   double difference = FigureSummary::kUnknown, std = FigureSummary::kUnknown;  ///< b - a
   double sigma = FigureSummary::kUnknown;                                      ///< |difference| / std
   double chance = FigureSummary::kUnknown;  ///< That it is so large or larger although nothing changed.
+};
+
+/// UNIX times, the latter not included; all of time without.
+struct TimeSpan {
+  std::int64_t from_ns = std::numeric_limits<std::int64_t>::min();
+  std::int64_t to_ns = std::numeric_limits<std::int64_t>::max();
 };
 
 struct StoredAxis {
@@ -117,10 +124,11 @@ class Reader {
   /// All figures that are there at either time, from the nearest stretch with 30 trusted rows.
   [[nodiscard]] expected<std::vector<Difference>, StoreError> compare(std::string_view axis,
                                                                       std::int64_t a_ns, std::int64_t b_ns);
-  /// The last raised first; `axis`: nothing for all.
+  /// The last raised first; `axis`: nothing for all. Those that were open at some time within `span`.
   [[nodiscard]] expected<std::vector<AlarmRecord>, StoreError> alarms(AlarmFilter filter,
                                                                       const std::optional<std::string>& axis,
-                                                                      std::size_t limit);
+                                                                      std::size_t limit,
+                                                                      const TimeSpan& span = {});
   [[nodiscard]] expected<std::optional<AlarmRecord>, StoreError> alarm(std::string_view id);
   /// As they happened.
   [[nodiscard]] expected<std::vector<EventRecord>, StoreError> events(std::string_view alarm_id,
@@ -129,8 +137,9 @@ class Reader {
   [[nodiscard]] expected<std::vector<EventRecord>, StoreError> events_from(std::string_view axis,
                                                                            std::uint64_t sample,
                                                                            std::size_t limit);
-  /// Actions of all axes, the last recorded first.
-  [[nodiscard]] expected<std::vector<ActionRecord>, StoreError> audit(std::size_t limit);
+  /// Actions of all axes within `span`, the last recorded first.
+  [[nodiscard]] expected<std::vector<ActionRecord>, StoreError> audit(std::size_t limit,
+                                                                      const TimeSpan& span = {});
   /// The last one first.
   [[nodiscard]] expected<std::vector<BaselineRecord>, StoreError> baselines(std::string_view axis,
                                                                             std::size_t limit);

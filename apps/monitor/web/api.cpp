@@ -39,6 +39,7 @@ struct ApiReply {
   std::vector<std::pair<std::string, std::string>> headers;
   bool stream = false;
   std::string axis;  ///< Of the stream.
+  std::shared_ptr<const void> download;
 };
 
 /// What a route is asked.
@@ -85,10 +86,17 @@ ApiReply json(const Answer<T>& answer, ToText to_text) {
   return answer ? json(to_text(*answer)) : refused(answer.error());
 }
 
-ApiReply csv(const Answer<std::string>& answer, const std::string& file_name) {
+/// A file of samples, made where there is room for one more.
+template <class Make>
+ApiReply csv(const Call& call, Make make, const std::string& file_name) {
+  auto room = call.parts.downloads.begin();
+  if (!room)
+    return refused({Problem::Kind::unavailable, "downloads", "enough samples are being handed out already"});
+  Answer<std::string> answer = make();
   if (!answer) return refused(answer.error());
   ApiReply reply;
-  reply.body = *answer;
+  reply.body = std::move(*answer);
+  reply.download = std::move(room);
   reply.type = "text/csv; charset=utf-8";
   reply.headers.emplace_back("Content-Disposition", fmt::format("attachment; filename=\"{}\"", file_name));
   return reply;
@@ -137,8 +145,9 @@ ApiReply get_history(const Call& call) {
 ApiReply get_raw(const Call& call) {
   const auto asked = raw_interval(call.request.params);
   if (!asked) return refused(asked.error());
-  return csv(call.parts.backend.raw(call.names.front(), asked->from_s, asked->to_s),
-             call.names.front() + ".csv");
+  const auto& axis = call.names.front();
+  return csv(
+      call, [&] { return call.parts.backend.raw(axis, asked->from_s, asked->to_s); }, axis + ".csv");
 }
 ApiReply get_comparison(const Call& call) {
   const auto asked = compared_times(call.request.params);
@@ -149,28 +158,32 @@ ApiReply get_alarms(const Call& call) {
   const auto question = alarm_question(call.request.params);
   return question ? json(alarms_json(call.parts.backend.alarms(*question))) : refused(question.error());
 }
+ApiReply get_alarm(const Call& call) {
+  return of_alarm(call, [&](std::uint64_t id) { return json(call.parts.backend.alarm(id), alarm_json); });
+}
 ApiReply get_events(const Call& call) {
   return of_alarm(call, [&](std::uint64_t id) { return json(call.parts.backend.events(id), events_json); });
 }
 ApiReply get_evidence(const Call& call) {
   return of_alarm(call, [&](std::uint64_t id) {
-    return csv(call.parts.backend.evidence(id), fmt::format("alarm-{}.csv", id));
+    return csv(
+        call, [&] { return call.parts.backend.evidence(id); }, fmt::format("alarm-{}.csv", id));
   });
 }
 ApiReply get_report(const Call& call) {
   return of_alarm(call, [&](std::uint64_t id) {
-    const auto report = call.parts.backend.report(id);
+    auto report = call.parts.backend.report(id);
     if (!report) return refused(report.error());
     ApiReply reply;
-    reply.body = *report;
+    reply.body = std::move(*report);
     reply.type = "text/html; charset=utf-8";
     reply.policy = kReportPolicy;
     return reply;
   });
 }
 ApiReply get_audit(const Call& call) {
-  const auto limit = limit_of(call.request.params);
-  return limit ? json(audit_json(call.parts.backend.audit(*limit))) : refused(limit.error());
+  const auto question = audit_question(call.request.params);
+  return question ? json(audit_json(call.parts.backend.audit(*question))) : refused(question.error());
 }
 ApiReply get_status(const Call& call) { return json(status_json(call.parts.backend.status())); }
 ApiReply get_stream(const Call& call) {
@@ -185,8 +198,11 @@ ApiReply get_stream(const Call& call) {
 ApiReply get_metrics(const Call& call) {
   const auto& backend = call.parts.backend;
   ApiReply reply;
-  reply.body = metrics_text(backend.axes(0).axes, backend.alarms({AlarmFilter::active, {}, kMostAlarms}),
-                            backend.status(), call.parts.counts());
+  AlarmQuestion active;
+  active.state = AlarmFilter::active;
+  active.limit = kMostAlarms;
+  reply.body =
+      metrics_text(backend.axes(0).axes, backend.alarms(active), backend.status(), call.parts.counts());
   reply.type = "text/plain; version=0.0.4; charset=utf-8";
   return reply;
 }
@@ -220,6 +236,7 @@ constexpr Route kRoutes[] = {
      Access::write,
      act_on_axis<ActionKind::end_maintenance>},
     {{"GET", "/api/v1/alarms"}, Access::read, get_alarms},
+    {{"GET", "/api/v1/alarms/{id}"}, Access::read, get_alarm},
     {{"GET", "/api/v1/alarms/{id}/events"}, Access::read, get_events},
     {{"GET", "/api/v1/alarms/{id}/evidence.csv"}, Access::read_or_query, get_evidence},
     {{"GET", "/api/v1/alarms/{id}/report.html"}, Access::read_or_query, get_report},
@@ -466,7 +483,9 @@ class HttpAnswerer : private httplib::Server {
       response.set_content_provider(std::string(made.type),
                                     [](std::size_t, httplib::DataSink&) { return false; });
     } else if (made.status != 304) {
-      response.set_content(made.body, std::string(made.type));
+      response.body = std::move(made.body);  // set_content() would copy it
+      response.set_header("Content-Type", std::string(made.type));
+      reply_.download = std::move(made.download);
     }
   }
 
@@ -486,6 +505,14 @@ class HttpAnswerer : private httplib::Server {
 };
 
 }  // namespace
+
+std::shared_ptr<const void> Downloads::begin() const {
+  if (count_->fetch_add(1) >= most_) {
+    --*count_;
+    return nullptr;
+  }
+  return {count_.get(), [count = count_](const void*) { --*count; }};
+}
 
 Answerer make_answerer(const ApiParts& parts) {
   return [answerer = std::make_shared<HttpAnswerer>(parts)](const std::string& request, std::size_t head,

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <atomic>
+#include <cstdint>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -21,12 +24,25 @@ struct ApiRules {
   std::string read_token;               ///< For reads; empty: these need none.
 };
 
+/// How many files of samples, which are long, are made and sent at once.
+class Downloads {
+ public:
+  explicit Downloads(std::uint32_t most) : most_(most) {}
+  /// Room for one until what it returns is gone; nothing: there is none.
+  [[nodiscard]] std::shared_ptr<const void> begin() const;
+
+ private:
+  std::uint32_t most_;
+  std::shared_ptr<std::atomic<std::uint32_t>> count_ = std::make_shared<std::atomic<std::uint32_t>>(0);
+};
+
 /// What answers are made of.
 struct ApiParts {
   Backend& backend;
   ApiRules rules;
   std::function<WebCounts()> counts;
   std::function<double()> now_s;  ///< UNIX
+  Downloads downloads;            ///< Copies count together.
 };
 
 /// Answers whole requests. Never throws, whatever comes in.

@@ -89,7 +89,8 @@ Json status(const AxisStatus& axis, bool full) {
     if (full) put(to, "baseline", f.baseline);
     put(to, "change", full ? f.change : rounded(f.change));
     put(to, "change_std", full ? f.change_std : rounded(f.change_std));
-    if (full) put(to, "limit", f.limit);
+    if (full) put(to, "low", f.low);
+    if (full) put(to, "high", f.high);
   }
   if (!full) return json;
   json["motion"] = name_of(axis.motion);
@@ -114,6 +115,7 @@ Json curve(const Curve& c, bool with_frequencies) {
   json["imag"] = column(c.imag);
   json["std"] = column(c.std);
   if (!c.coherence.empty()) json["coherence"] = column(c.coherence);
+  if (!c.coherence_std.empty()) json["coherence_std"] = column(c.coherence_std);
   return json;
 }
 
@@ -157,6 +159,7 @@ Json alarm(const Alarm& a) {
   put(json, "cleared_time_s", a.cleared_time_s);
   if (a.change) json["change"] = change(*a.change);
   json["evidence"] = a.evidence;
+  put(json, "longest_shelving_s", a.longest_shelving_s);
   return json;
 }
 
@@ -319,6 +322,7 @@ std::string status_json(const ServiceStatus& s) {
   auto& threshold = json["threshold"] = Json::object();
   put(threshold, "false_alarm_interval_s", s.threshold.false_alarm_interval_s);
   put(threshold, "per_figure_s", s.threshold.per_figure_s);
+  put(threshold, "present_interval_s", s.threshold.present_interval_s);
   auto& deliveries = json["deliveries"] = Json::array();
   for (const auto& d : s.deliveries)
     deliveries.push_back({{"name", d.name},

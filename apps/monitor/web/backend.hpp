@@ -23,6 +23,7 @@ namespace resonid::monitor::web {
 /// (api_json.hpp, metrics.hpp). Everywhere: times in UNIX seconds, a number that is not one is not known and
 /// left out of the answer.
 inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+inline constexpr double kLastTime_s = 9e9;  ///< Year 2255; in ns it is a 64-bit number.
 
 /// Why a question has no answer.
 struct Problem {
@@ -55,9 +56,9 @@ using monitoring::Severity;
 struct FigureStatus {
   online::Figure now;
   double baseline = kUnknown;
-  double change = kUnknown;      ///< From the baseline, in the figure's unit.
-  double change_std = kUnknown;  ///< Standard deviation of `change`.
-  double limit = kUnknown;       ///< |change| in its direction at which the alarm of its limits comes.
+  double change = kUnknown;                ///< From the baseline, in the figure's unit.
+  double change_std = kUnknown;            ///< Standard deviation of `change`.
+  double low = kUnknown, high = kUnknown;  ///< Beyond which the alarm of its limits comes.
 };
 
 struct Fault {
@@ -80,6 +81,7 @@ struct AxisStatus {
   double time_s = kUnknown;                    ///< When the newest row's machine was so.
   double age_s = kUnknown;      ///< Since the newest sample's time; while nothing is followed, since it came.
   double latency_s = kUnknown;  ///< From a sample's time to its row.
+  double newest_time_s = kUnknown;  ///< Of the newest sample, as `age_s` counts.
   double rate_hz = kUnknown;
   std::uint64_t sample = 0;  ///< Index of the newest sample in the newest row.
   double maintenance_until_time_s =
@@ -130,14 +132,16 @@ struct AxisDetail {
     double worst_phase_margin_deg = kUnknown;
   } loop;
   std::vector<Baseline> baselines;
-  double longest_shelving_s = kUnknown;  ///< For which one of its alarms can be shelved.
+  double longest_shelving_s = kUnknown;  ///< For which any of its alarms can be shelved.
   double raw_from_time_s = kUnknown;     ///< Time of the oldest raw sample; not known: none is kept.
   std::string configuration_hash;
 };
 
 /// A response at its lines; columns of equal length, or empty where not known.
 struct Curve {
-  std::vector<double> frequency_hz, real, imag, std, coherence;
+  std::vector<double> frequency_hz, real, imag, std;
+  /// Measured between what excites the axis and its output; of the plant now alone.
+  std::vector<double> coherence, coherence_std;
 };
 struct AxisResponse {
   double time_s = kUnknown;
@@ -208,7 +212,8 @@ struct Alarm {
   double raised_time_s = kUnknown;   ///< When the alarm came.
   double cleared_time_s = kUnknown;  ///< When it went.
   std::optional<AlarmChange> change;
-  bool evidence = false;  ///< Raw samples around it are kept.
+  bool evidence = false;                 ///< Raw samples around it are kept.
+  double longest_shelving_s = kUnknown;  ///< Told where alarms are asked for, not with their events.
 };
 
 /// `open`: not done with, that is active, unacknowledged, latched or shelved.
@@ -224,6 +229,7 @@ struct AlarmQuestion {
   AlarmFilter state = AlarmFilter::all;
   std::string axis;  ///< Empty: all.
   std::uint32_t limit = 0;
+  double from_s = 0.0, to_s = kLastTime_s;  ///< Open at some time within.
 };
 
 /// One transition of an alarm.
@@ -235,6 +241,11 @@ struct AlarmEvent {
   std::string text;
   std::string who, reason;  ///< Empty: nobody's doing.
   std::optional<AlarmChange> change;
+};
+
+struct AuditQuestion {
+  std::uint32_t limit = 0;
+  double from_s = 0.0, to_s = kLastTime_s;  ///< The latter not included.
 };
 
 /// What a person or the service did.
@@ -296,6 +307,7 @@ struct ServiceStatus {
   struct Threshold {
     double false_alarm_interval_s = kUnknown;  ///< Mean time between false alarms of the installation.
     double per_figure_s = kUnknown;            ///< What follows of it for one figure of one axis.
+    double present_interval_s = kUnknown;  ///< Of what is watched now, with the thresholds that were learned.
   } threshold;
   std::vector<DeliveryStatus> deliveries;
 };
@@ -323,10 +335,14 @@ class Backend {
   [[nodiscard]] virtual Answer<Comparison> compare(const std::string& axis, double a_time_s,
                                                    double b_time_s) const = 0;
   [[nodiscard]] virtual std::vector<Alarm> alarms(const AlarmQuestion&) const = 0;  ///< Newest first.
+  [[nodiscard]] virtual Answer<Alarm> alarm(std::uint64_t alarm) const = 0;
   [[nodiscard]] virtual Answer<std::vector<AlarmEvent>> events(std::uint64_t alarm) const = 0;
-  [[nodiscard]] virtual Answer<std::string> evidence(std::uint64_t alarm) const = 0;   ///< CSV
-  [[nodiscard]] virtual Answer<std::string> report(std::uint64_t alarm) const = 0;     ///< HTML
-  [[nodiscard]] virtual std::vector<AuditEntry> audit(std::uint32_t limit) const = 0;  ///< Newest first.
+  [[nodiscard]] virtual Answer<std::string> evidence(std::uint64_t alarm) const = 0;    ///< CSV
+  [[nodiscard]] virtual Answer<std::string> report(std::uint64_t alarm) const = 0;      ///< HTML
+  [[nodiscard]] virtual std::vector<AuditEntry> audit(const AuditQuestion&) const = 0;  ///< Newest first.
+  [[nodiscard]] std::vector<AuditEntry> audit(std::uint32_t limit) const {
+    return audit(AuditQuestion{limit, 0.0, kLastTime_s});
+  }
   [[nodiscard]] virtual ServiceStatus status() const = 0;
   [[nodiscard]] virtual Readiness readiness() const = 0;
   /// Takes an action in; it becomes effective with the axis' next samples.

@@ -169,6 +169,16 @@ std::string metrics_text(const std::vector<AxisStatus>& axes, const std::vector<
   per_axis("resonid_estimate_timestamp_seconds", "gauge",
            "When the machine was as the estimate says, UNIX time.",
            [](const AxisStatus& a) { return a.time_s; });
+  per_axis("resonid_newest_sample_timestamp_seconds", "gauge",
+           "Time of the newest sample; while nothing is followed, when it came. UNIX time.",
+           [](const AxisStatus& a) { return a.newest_time_s; });
+  per_axis("resonid_axis_alarms", "gauge",
+           "Open alarms of an axis, but those that are shelved or suppressed.",
+           [](const AxisStatus& a) { return a.alarms; });
+  to.family("resonid_axis_state", "gauge", "1 for the state in which an axis is, 0 for the others.");
+  for (std::size_t i = 0; i < axes.size(); ++i)
+    for (const auto& [state, name] : kAxisStateNames)
+      to.sample(fmt::format("{},state=\"{}\"", labels[i], name), std::uint64_t{axes[i].state == state});
   per_axis("resonid_latency_seconds", "gauge", "From a sample's time to its estimate.",
            [](const AxisStatus& a) { return a.latency_s; });
   per_axis("resonid_samples_total", "counter", "Samples received.",

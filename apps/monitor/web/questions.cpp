@@ -16,7 +16,6 @@ namespace resonid::monitor::web {
 namespace {
 
 constexpr double kYear = 366.0 * 86400.0;  // s
-constexpr double kLastTime = 9e9;          // year 2255; in ns it is a 64-bit number
 constexpr std::size_t kLongestWho = 200;
 
 unexpected<Problem> invalid(std::string_view field, std::string message) {
@@ -53,7 +52,7 @@ Answer<double> number(const std::string& text, const char* key, double least, do
 Answer<double> time(const Query& query, const char* key, double otherwise) {
   const auto text = parameter(query, key);
   if (!text) return unexpected<Problem>(text.error());
-  if (*text) return number(**text, key, 0.0, kLastTime);
+  if (*text) return number(**text, key, 0.0, kLastTime_s);
   if (std::isnan(otherwise)) return invalid(key, "is missing, a time in UNIX seconds is required");
   return otherwise;
 }
@@ -77,6 +76,17 @@ Answer<Interval> interval(const Query& query, const char* from, const char* to, 
   const auto b = time(query, to, otherwise.to_s);
   if (!b) return unexpected<Problem>(b.error());
   return Interval{*a, *b};
+}
+
+Answer<std::uint32_t> limit_of(const Query& query) { return count(query, "limit", 100, kMostAlarms); }
+
+/// Without either, all of time.
+Answer<Interval> stretch(const Query& query) {
+  const auto found = interval(query, "from", "to", {0.0, kLastTime_s});
+  if (found && !(found->from_s < found->to_s))
+    return invalid("from",
+                   fmt::format("found {}, less than to = {} is required", found->from_s, found->to_s));
+  return found;
 }
 
 /// A text of a body; control characters would forge lines of a log.
@@ -156,10 +166,8 @@ Answer<Interval> compared_times(const Query& query) {
   return interval(query, "a", "b", {kUnknown, kUnknown});
 }
 
-Answer<std::uint32_t> limit_of(const Query& query) { return count(query, "limit", 100, kMostAlarms); }
-
 Answer<AlarmQuestion> alarm_question(const Query& query) {
-  if (const auto known = only(query, {"state", "axis", "limit"}); !known)
+  if (const auto known = only(query, {"state", "axis", "limit", "from", "to"}); !known)
     return unexpected<Problem>(known.error());
   AlarmQuestion question;
   const auto state = parameter(query, "state");
@@ -182,8 +190,22 @@ Answer<AlarmQuestion> alarm_question(const Query& query) {
   }
   const auto limit = limit_of(query);
   if (!limit) return unexpected<Problem>(limit.error());
+  const auto within = stretch(query);
+  if (!within) return unexpected<Problem>(within.error());
   question.limit = *limit;
+  question.from_s = within->from_s;
+  question.to_s = within->to_s;
   return question;
+}
+
+Answer<AuditQuestion> audit_question(const Query& query) {
+  if (const auto known = only(query, {"limit", "from", "to"}); !known)
+    return unexpected<Problem>(known.error());
+  const auto limit = limit_of(query);
+  if (!limit) return unexpected<Problem>(limit.error());
+  const auto within = stretch(query);
+  if (!within) return unexpected<Problem>(within.error());
+  return AuditQuestion{*limit, within->from_s, within->to_s};
 }
 
 Answer<Action> action_of(ActionKind kind, std::string_view body, double now_s) {

@@ -33,9 +33,10 @@ inline constexpr double kLongestRaw = 3600.0;  ///< s; of raw samples in one ans
 /// a, b: two times, both required.
 [[nodiscard]] Answer<Interval> compared_times(const Query&);
 
-/// state, axis, limit (100 without).
+/// state, axis, limit (100 without), from, to (all of time without).
 [[nodiscard]] Answer<AlarmQuestion> alarm_question(const Query&);
-[[nodiscard]] Answer<std::uint32_t> limit_of(const Query&);
+/// limit (100 without), from, to (all of time without).
+[[nodiscard]] Answer<AuditQuestion> audit_question(const Query&);
 
 /// Body of an action: "who" and "reason" (1 ... 200 characters; a reason is required to shelve and for
 /// maintenance), and for these an end as "seconds" from now or "until_time_s", at most a year ahead.

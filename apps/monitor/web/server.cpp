@@ -38,6 +38,8 @@ expected<void, Error> check(const WebOptions& options) {
   if (limits.connections < 1) return refuse("connections", "must be at least 1", limits.connections);
   if (limits.streams > limits.connections)
     return refuse("streams", "must not exceed connections", limits.streams);
+  if (limits.downloads < 1) return refuse("downloads", "must be at least 1", limits.downloads);
+  if (!(limits.answer_bytes_per_second > 0.0)) return refuse("answer_bytes_per_second", "must be > 0");
   if (!(limits.requests_per_second > 0.0)) return refuse("requests_per_second", "must be > 0");
   if (!(limits.burst >= 1.0)) return refuse("burst", "must be at least 1", limits.burst);
   return {};
@@ -63,7 +65,8 @@ struct WebServer::Parts {
                            return WebCounts{counts.connections, counts.streams, counts.refused,
                                             counts.responses,   feed.frames(),  counts.skipped_frames};
                          },
-                         unix_time_s};
+                         unix_time_s,
+                         Downloads(options.limits.downloads)};
     sockets->start(
         [parts] { return make_answerer(parts); },
         [this](const std::string& last_event_id) { return feed.begin(last_event_id, unix_time_s()); });

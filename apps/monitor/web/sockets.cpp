@@ -83,6 +83,9 @@ struct Connection {
   std::size_t sent = 0;
   bool close_after = false;
   std::optional<StreamQueue> stream;
+  std::shared_ptr<const void> download;
+  std::size_t unsent = 0;  ///< As counted against the limit.
+  Instant began;           ///< When the answer did.
   Instant since;  ///< When the phase, or within it the request, began; of a stream the last byte sent.
   std::uint32_t interest = 0;
 };
@@ -157,6 +160,7 @@ class EpollSockets final : public Sockets {
   using Phase = Connection::Phase;
   static constexpr std::uint64_t kListener = 0, kWake = 1;
   static constexpr std::size_t kMostExtra = 64;  ///< Connections that are told that there are too many.
+  static constexpr std::size_t kShort = 16'384;  ///< Bytes of an answer that is always sent.
 
   // ---- from other threads
 
@@ -263,9 +267,11 @@ class EpollSockets final : public Sockets {
 
   void add(Descriptor socket, std::string client) {
     if (counted_ >= limits_.connections) close_idle_one();
-    const bool full = counted_ >= limits_.connections;
-    if (full) count_refused();
-    if (full && (tls_ || connections_.size() - counted_ >= kMostExtra)) return;
+    const bool full = counted_ >= limits_.connections,
+               enough = has_enough(client_connections_, client, limits_.client_connections);
+    const bool refused = full || enough;
+    if (refused) count_refused();
+    if (refused && (tls_ || connections_.size() - counted_ >= kMostExtra)) return;
     const int on = 1;
     ::setsockopt(socket.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
     Tls tls;
@@ -284,10 +290,15 @@ class EpollSockets final : public Sockets {
     event.data.u64 = id;
     if (::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, connection.channel.fd(), &event) != 0) return;
     connections_.emplace(id, std::move(made));
-    connection.counts = !full;
+    connection.counts = !refused;
     counted_ += connection.counts;
+    if (connection.counts) ++client_connections_[connection.client];
     publish_counts();
-    if (full) send_reply(id, connection, refusal(503, "connections", "too many connections are open"));
+    if (full)
+      send_reply(id, connection, refusal(503, "connections", "too many connections are open"));
+    else if (enough)
+      send_reply(id, connection,
+                 refusal(429, "connections", "more connections than one client may have open"));
   }
 
   /// Makes room: the connection that has waited longest, for more than a second, without a whole request.
@@ -307,7 +318,9 @@ class EpollSockets final : public Sockets {
     if (found == connections_.end()) return;
     const auto& connection = *found->second;
     counted_ -= connection.counts;
+    if (connection.counts) take_from(client_connections_, connection.client);
     if (connection.stream) end_stream(*connection.stream, connection.client);
+    end_answer(*found->second);
     connections_.erase(found);  // which closes it, and so takes it out of epoll
     publish_counts();
   }
@@ -410,10 +423,24 @@ class EpollSockets final : public Sockets {
     return true;
   }
 
-  bool has_enough_streams(const std::string& client) const {
-    const auto found = client_streams_.find(client);
-    return found != client_streams_.end() && found->second >= limits_.client_streams &&
-           !is_this_machine(client);
+  using PerClient = std::unordered_map<std::string, std::size_t>;
+  static bool has_enough(const PerClient& all, const std::string& client, std::size_t most) {
+    const auto found = all.find(client);
+    return found != all.end() && found->second >= most && !is_this_machine(client);
+  }
+  static void take_from(PerClient& all, const std::string& client) {
+    if (--all[client] == 0) all.erase(client);
+  }
+
+  /// Whether so much more would be too much in memory. A download of any length is sent where it is alone.
+  [[nodiscard]] bool too_much(const Reply& reply) const {
+    if (reply.stream || reply.text.size() <= kShort) return false;
+    const std::size_t unsent = unsent_[reply.download != nullptr];
+    return unsent + reply.text.size() > limits_.unsent_bytes && !(reply.download && unsent == 0);
+  }
+  void end_answer(Connection& connection) {
+    unsent_[connection.download != nullptr] -= std::exchange(connection.unsent, 0);
+    connection.download = nullptr;
   }
 
   void answered(Done& done) {
@@ -423,9 +450,12 @@ class EpollSockets final : public Sockets {
     if (done.reply.stream && streams_ >= limits_.streams) {
       count_refused();
       done.reply = refusal(503, "streams", "too many event streams are open");
-    } else if (done.reply.stream && has_enough_streams(connection.client)) {
+    } else if (done.reply.stream && has_enough(client_streams_, connection.client, limits_.client_streams)) {
       count_refused();
       done.reply = refusal(429, "streams", "more event streams than one client may have open");
+    } else if (too_much(done.reply)) {
+      count_refused();
+      done.reply = refusal(503, "answers", "too much waits to be taken by clients");
     }
     if (done.reply.stream) {
       StreamQueue stream;
@@ -447,11 +477,14 @@ class EpollSockets final : public Sockets {
       const std::lock_guard lock(shared_mutex_);
       ++counts_.responses[reply.status];
     }
+    connection.download = std::move(reply.download);
+    connection.unsent = reply.stream ? 0 : reply.text.size();
+    unsent_[connection.download != nullptr] += connection.unsent;
     connection.out = std::make_shared<const std::string>(std::move(reply.text));
     connection.sent = 0;
     connection.close_after = reply.close;
     connection.phase = reply.stream ? Phase::streaming : Phase::sending;
-    connection.since = now_;
+    connection.since = connection.began = now_;
     write(id, connection);
   }
 
@@ -476,6 +509,7 @@ class EpollSockets final : public Sockets {
       connection.since = now_;
     }
     if (connection.phase == Phase::streaming) return wait_for(id, connection, EPOLLIN);
+    end_answer(connection);
     connection.since = now_;
     if (connection.close_after || stopping_) {
       connection.channel.finish();
@@ -528,9 +562,14 @@ class EpollSockets final : public Sockets {
           break;
         case Phase::answering:
           break;
-        case Phase::sending:
-          if (waited > seconds(limits_.stalled_s)) late.push_back(id);
+        case Phase::sending: {
+          // Or a client that takes a byte now and then would keep all of it here.
+          const double most_s =
+              limits_.answer_s + static_cast<double>(connection->unsent) / limits_.answer_bytes_per_second;
+          if (waited > seconds(limits_.stalled_s) || now_ - connection->began > seconds(most_s))
+            late.push_back(id);
           break;
+        }
         case Phase::streaming:
           if (connection->out && waited > seconds(limits_.stalled_s)) late.push_back(id);
           if (!connection->out && waited > seconds(limits_.keep_alive_s)) silent.push_back(id);
@@ -572,7 +611,7 @@ class EpollSockets final : public Sockets {
   }
   void end_stream(const StreamQueue& stream, const std::string& client) {
     --streams_;
-    if (--client_streams_[client] == 0) client_streams_.erase(client);
+    take_from(client_streams_, client);
     const std::lock_guard lock(shared_mutex_);
     if (!stream.axis.empty() && --watched_[stream.axis] == 0) watched_.erase(stream.axis);
   }
@@ -592,7 +631,8 @@ class EpollSockets final : public Sockets {
   std::uint64_t next_id_ = 2;
   std::size_t counted_ = 0, streams_ = 0;
   std::unordered_map<std::string, Bucket> buckets_;
-  std::unordered_map<std::string, std::size_t> client_streams_;
+  PerClient client_streams_, client_connections_;
+  std::array<std::size_t, 2> unsent_{};  ///< [download] Bytes of answers that are not yet sent as a whole.
 
   std::mutex messages_mutex_;
   std::vector<Message> messages_;

@@ -18,16 +18,22 @@ namespace resonid::monitor::web {
 
 /// What clients may take of the server.
 struct WebLimits {
-  std::uint32_t connections = 512;     ///< Open at once; beyond, 503.
-  std::uint32_t streams = 64;          ///< Of these, event streams; beyond, 503.
-  std::uint32_t client_streams = 16;   ///< Open for one other machine's address; beyond, 429.
-  double requests_per_second = 100.0;  ///< Of one client's address, in the long run; beyond, 429.
-  double burst = 300.0;                ///< Requests of one address at once.
-  std::size_t head_bytes = 16'384;     ///< Request line and headers; beyond, 431.
-  std::size_t body_bytes = 65'536;     ///< Beyond, 413.
-  double request_s = 10.0;             ///< From a request's first byte to its last; beyond, 408.
-  double idle_s = 30.0;                ///< Without a request.
-  double stalled_s = 30.0;             ///< Without a byte of the answer taken.
+  std::uint32_t connections = 512;        ///< Open at once; beyond, 503.
+  std::uint32_t streams = 64;             ///< Of these, event streams; beyond, 503.
+  std::uint32_t client_streams = 16;      ///< Open for one other machine's address; beyond, 429.
+  std::uint32_t client_connections = 64;  ///< The same of connections, streams included.
+  double requests_per_second = 100.0;     ///< Of one client's address, in the long run; beyond, 429.
+  double burst = 300.0;                   ///< Requests of one address at once.
+  std::size_t head_bytes = 16'384;        ///< Request line and headers; beyond, 431.
+  std::size_t body_bytes = 65'536;        ///< Beyond, 413.
+  double request_s = 10.0;                ///< From a request's first byte to its last; beyond, 408.
+  double idle_s = 30.0;                   ///< Without a request.
+  double stalled_s = 30.0;                ///< Without a byte of the answer taken.
+  double answer_s = 60.0;                 ///< A whole answer, and for its length besides:
+  double answer_bytes_per_second = 1e5;
+  std::uint32_t downloads = 2;         ///< Files of samples made and sent at once; beyond, 503.
+  std::size_t unsent_bytes = 1 << 26;  ///< Of answers that wait to be taken, of downloads as many again;
+                                       ///< beyond, 503, but for short ones and a download that is alone.
   double keep_alive_s = 10.0;          ///< A stream without events gets a comment.
   std::uint32_t workers = 8;           ///< Requests answered at once.
 };
@@ -44,9 +50,10 @@ struct Listening {
 struct Reply {
   std::string text;
   int status = 0;
-  bool close = false;               ///< The connection, afterwards.
-  bool stream = false;              ///< The connection goes on as an event stream.
-  std::string axis, last_event_id;  ///< Of the stream.
+  bool close = false;                    ///< The connection, afterwards.
+  bool stream = false;                   ///< The connection goes on as an event stream.
+  std::string axis, last_event_id;       ///< Of the stream.
+  std::shared_ptr<const void> download;  ///< Goes when all is sent: room for the next. Empty: it is none.
 };
 
 /// Called by one worker at a time: each has its own.

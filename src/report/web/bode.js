@@ -11,7 +11,8 @@ import { decibelTicks, linearTicks, logLabels, logTicks, phaseTicks } from "./ti
 const WHISKERS = 40;
 
 /** Draws the response at the end of `root`. Returns how to show another one there, which has the same kinds of curves.
- *  `page.names` may say what "measured" and "model" are, `page.explain` what is seen; `page.joined` joins the measured points. */
+ *  `page.names` may say what "measured" and "model" are, `page.explain` what is seen; `page.joined` joins the measured points, whose
+ *  coherence was measured beside them. */
 export function drawBode(root, data) {
   const context = contextOf(data);
   const { measured, model, confidence, load, loadModel, names, unit } = context;
@@ -49,7 +50,7 @@ function contextOf(data) {
   const model = modelBode(page.model_curve, confidence);
   const loadModel = modelBode(page.load_curve, confidence);
   return {
-    confidence, model, loadModel, measured: measuredBode(data.frequency_response, confidence, model),
+    confidence, model, loadModel, measured: measuredBode(data.frequency_response, confidence, model, page.joined !== true),
     load: measuredBode(data.second_output?.frequency_response, confidence, loadModel), marks: marksOf(data.resonances, confidence),
     unit: prettyUnit(page.units?.response ?? ""), names: { measured: "measured", model: "model", ...page.names }, joined: page.joined === true,
   };
@@ -109,7 +110,10 @@ function reading(f, measured, model, unit, names) {
     parts.push(`<span>${plain(Math.round(point.degrees * 10) / 10, 5)}${angle}°</span>`);
     if (point.noiseDb !== null) parts.push(`<span>noise ${point.noiseDb.toFixed(1).replace("-", "−")} dB</span>`);
     if (point.distortionDb !== null) parts.push(`<span>distortion ${point.distortionDb.toFixed(1).replace("-", "−")} dB</span>`);
-    if (point.coherence !== null) parts.push(`<span>coherence ${significant(point.coherence, 3)}</span>`);
+    if (point.coherence !== null) {
+      const band = point.coherenceHalf === null ? "" : ` ± ${plain(point.coherenceHalf, 2)}`;
+      parts.push(`<span>coherence ${significant(point.coherence, 3)}${band}</span>`);
+    }
     if (!point.settled) parts.push("<span>not settled</span>");
   }
   if (curve && curve.db !== null) {
@@ -198,20 +202,22 @@ function bodeChart(context, { host, label, height, last, key, ticks, scale, show
 }
 
 /** What of the curves a chart shows: bounds, measured, unsettled, model with its bounds, levels, load, weak. */
-function columnsOf({ measured, model, load, loadModel }, { key, withModel, levels }) {
+function columnsOf({ measured, model, load, loadModel, joined }, { key, withModel, levels }) {
   const has = withModel && model.length > 0;
+  // A response that says nothing has a coherence all the same.
+  const weak = (p) => p.weak && !(joined && key === "coherence");
   // All three charts get the same frequencies, so that zoom and cursor mean the same in each.
   const curves = [measured, model, load, loadModel];
   const grids = curves.map((line) => line.map((p) => p.f));
   const column = (read, grid = 0) => ({ grid, values: curves[grid].map(read) });
   return align(grids, [
-    column((p) => (p.weak ? null : p[key + "Low"] ?? null)), column((p) => (p.weak ? null : p[key + "High"] ?? null)),
-    column((p) => (p.settled && !p.weak ? p[key] : null)), column((p) => (p.settled || p.weak ? null : p[key])),
+    column((p) => (weak(p) ? null : p[key + "Low"] ?? null)), column((p) => (weak(p) ? null : p[key + "High"] ?? null)),
+    column((p) => (p.settled && !weak(p) ? p[key] : null)), column((p) => (p.settled || weak(p) ? null : p[key])),
     column((p) => (has ? p[key] : null), 1),
     column((p) => (has ? p[key + "Low"] ?? null : null), 1), column((p) => (has ? p[key + "High"] ?? null : null), 1),
     ...levels.map((name) => column((p) => p[name + "Db"])),
     ...(load.length ? [column((p) => p[key], 2), column((p) => (withModel ? p[key] : null), 3)] : []),
-    column((p) => (p.weak ? p[key] : null)),
+    column((p) => (weak(p) ? p[key] : null)),
   ]);
 }
 
@@ -263,7 +269,9 @@ function phase(context, last) {
 }
 
 function coherenceChart(context, findings) {
-  const host = chartHost(context.box, "Coherence", "1 = all of the output is explained by the input");
+  const banded = context.measured.filter((p) => p.coherenceStd !== null).length;
+  const band = banded ? `; ${banded > WHISKERS ? "shaded" : "bars"}: ${percent(context.confidence)} confidence` : "";
+  const host = chartHost(context.box, "Coherence", `between excitation or input and output: 1 = it explains all of the output${band}`);
   host.parentElement.classList.add("coherence");
   const limit = findings.find((f) => /coherence/.test(f?.id ?? "") && isNumber(f.threshold) && f.threshold > 0 && f.threshold < 1);
   bodeChart(context, {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // From complex values to what the pictures draw. Pure functions.
-import { isNumber, list, regionFactor } from "./format.js";
+import { isNumber, list, normalFactor, regionFactor } from "./format.js";
 
 const DEGREES = 180 / Math.PI;
 const toDb = (x) => 20 * Math.log10(x);
@@ -22,6 +22,7 @@ export function points(columns) {
     if (!isNumber(f) || f <= 0 || !isNumber(re) || !isNumber(im)) return;
     const std = list(columns.std)[i];
     const coherence = list(columns.coherence)[i];
+    const coherenceStd = list(columns.coherence_std)[i];
     const level = (name) => {
       const value = list(columns[name])[i];
       return isNumber(value) && value > 0 ? toDb(value) : null;
@@ -31,6 +32,7 @@ export function points(columns) {
       noiseDb: level("noise_std"), distortionDb: level("distortion_std"),
       std: isNumber(std) && std >= 0 ? std : null,
       coherence: isNumber(coherence) ? coherence : null,
+      coherenceStd: isNumber(coherence) && isNumber(coherenceStd) ? coherenceStd : null,
     });
   });
   return out.sort((a, b) => a.f - b.f);
@@ -82,8 +84,9 @@ export function modelBode(columns, confidence = 0.95) {
 }
 
 /** Measured points with the bounds of their confidence region. The phase follows the model where there is one:
- *  a noisy line then lands on the right turn by itself. */
-export function measuredBode(columns, confidence, model = []) {
+ *  a noisy line then lands on the right turn by itself. `ownCoherence`: the coherence is that of the points' own measurement, and
+ *  tells which of them say nothing. */
+export function measuredBode(columns, confidence, model = [], ownCoherence = true) {
   const line = points(columns);
   const grid = model.map((p) => p.f);
   const curve = model.map((p) => p.degrees);
@@ -95,14 +98,18 @@ export function measuredBode(columns, confidence, model = []) {
     : unwrap(line.map((p) => p.phase), (i) => line[i].std === null || line[i].std < RELIABLE * line[i].abs);
   const unsettled = list(columns && columns.unsettled_hz).filter(isNumber);
   const factor = regionFactor(confidence);
+  const real = normalFactor(confidence);
   return line.map((p, i) => {
     const radius = p.std === null ? null : p.std * factor;
     const db = p.abs > 0 ? toDb(p.abs) : null;
+    const half = p.coherenceStd === null ? null : real * p.coherenceStd;
     const around = radius === null || db === null ? null : bounds(p.abs, radius);
     return {
       ...p, radius, db, degrees: phase[i],
-      weak: (p.std !== null && p.std > SAYS_NOTHING * p.abs) || (p.coherence !== null && p.coherence < INCOHERENT),
+      weak: (p.std !== null && p.std > SAYS_NOTHING * p.abs) || (ownCoherence && p.coherence !== null && p.coherence < INCOHERENT),
       settled: !unsettled.some((f) => Math.abs(f - p.f) <= 1e-6 * p.f),
+      coherenceHalf: half,
+      coherenceLow: half === null ? null : Math.max(0, p.coherence - half), coherenceHigh: half === null ? null : Math.min(1, p.coherence + half),
       dbLow: around && around.low, dbHigh: around && around.high,
       degreesLow: around && phase[i] - around.angle, degreesHigh: around && phase[i] + around.angle,
     };

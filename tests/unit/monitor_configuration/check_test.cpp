@@ -62,6 +62,104 @@ TEST(Check, SaysWhatIsWrongWithAnAxis) {
       "m.toml:5:1: [axis.x] has no key 'sample_rate_hz'", "must be 0.001 ... 1e+06"));
 }
 
+/// A constant was meant for a signal: where none is in its unit, that one is taken for something else.
+TEST(Check, RefusesConstantsThatApplyToNoSignal) {
+  const TemporaryFolder folder;
+  EXPECT_TRUE(is_only(errors_of(folder, "torque_constant = 0.62"), "m.toml:10:19: axis.x.torque_constant",
+                      "the input 'u' is taken for Nm; required input_unit = \"A\""));
+  EXPECT_TRUE(is_only(errors_of(folder, "torque_constant = 0.62\ninput_scale = 0.1"),
+                      "m.toml:10:19: axis.x.torque_constant", "'u' times input_scale is taken for Nm"));
+  EXPECT_TRUE(is_only(errors_of(folder, "torque_constant = 0.62\ninput_unit = 'mNm'"),
+                      "m.toml:10:19: axis.x.torque_constant", "is taken for Nm"));
+  EXPECT_TRUE(is_only(errors_of(folder, "rated_torque = 20\ninput_unit = 'A'"),
+                      "m.toml:10:16: axis.x.rated_torque", "required input_unit = \"%\""));
+  EXPECT_TRUE(is_only(errors_of(folder, "counts_per_rev = 4096"), "m.toml:10:18: axis.x.counts_per_rev",
+                      "the output 'y' is taken for rad/s; required output_unit = \"counts/s\""));
+  EXPECT_TRUE(
+      is_only(errors_of(folder, "counts_per_rev = 4096\noutput_scale = 2\noutput_quantity = 'position'"),
+              "m.toml:10:18: axis.x.counts_per_rev", "required output_unit = \"counts\""));
+}
+
+TEST(Check, TakesConstantsThatApply) {
+  const TemporaryFolder folder;
+  for (const char* more :
+       {"torque_constant = 1\ninput_unit = 'A'",
+        "torque_constant = 0.62\ninput_unit = 'mA'\ninput_scale = 0.1",
+        "torque_constant = 0.62\ninput_unit = 'A'\nmotion = 'linear'\ninput_scale = -1",
+        "rated_torque = 100\ninput_unit = '%'", "counts_per_rev = 4096\noutput_unit = 'counts/s'",
+        "counts_per_rev = 4096\nposition = 'p_counts'",
+        "counts_per_rev = 4096\noutput_unit = 'counts'\noutput_quantity = 'position'"})
+    EXPECT_EQ(errors_of(folder, more), Texts{}) << more;
+}
+
+TEST(Check, RefusesKeysOfSignalsThatAreNotThere) {
+  const TemporaryFolder folder;
+  EXPECT_TRUE(is_only(errors_of(folder, "excitation_scale = 2"), "m.toml:10:20: axis.x.excitation_scale",
+                      "needs an excitation"));
+  EXPECT_TRUE(is_only(errors_of(folder, "position_scale = 2"), "m.toml:10:18: axis.x.position_scale",
+                      "needs a position"));
+  EXPECT_TRUE(is_only(errors_of(folder, "method = 'kalman'\ndrift_per_s = 0.1"),
+                      "m.toml:11:15: axis.x.drift_per_s", "found \"kalman\""));
+  EXPECT_EQ(errors_of(folder, "excitation_scale = 1\nposition_scale = 1\ndrift_per_s = 0.1"), Texts{});
+}
+
+TEST(Check, RefusesLimitsThatAreNeverJudged) {
+  const TemporaryFolder folder;
+  const auto limit = [&](const std::string& key, const std::string& words) {
+    return is_only(errors_of(folder, "alarms." + key), "m.toml:10:", words);
+  };
+  EXPECT_TRUE(
+      limit("phase_margin.low = 30", "axis.x.alarms.phase_margin.low: needs an axis with a controller"));
+  EXPECT_TRUE(
+      limit("modulus_margin.low = 0.5", "axis.x.alarms.modulus_margin.low: needs an axis with a controller"));
+  EXPECT_TRUE(limit("gap.high = 0.2", "axis.x.alarms.gap.high: needs an axis with a baseline"));
+  EXPECT_TRUE(limit("stiffness.deadband = 5", "axis.x.alarms.stiffness.deadband: needs low or high"));
+  EXPECT_TRUE(is_only(errors_of(folder, "[alarms]\nphase_margin.low = 30"),
+                      "m.toml:11:20: alarms.phase_margin.low", "needs an axis with a controller"))
+      << "no axis at all";
+  const std::string baseline =
+      "baseline = '" + std::string(RESONID_FIXTURES_DIR) + "/results/identify_prbs.json'\n";
+  for (const std::string& more :
+       {std::string("controller = 'pi:1,0.1'\nalarms.phase_margin.low = 30\nalarms.modulus_margin.low = 0.5"),
+        baseline + "alarms.gap.high = 0.2", std::string("alarms.gap.high = inf\nalarms.gap.deadband = 0"),
+        std::string("alarms.stiffness.low = 5\nalarms.stiffness.deadband = 1")})
+    EXPECT_EQ(errors_of(folder, more), Texts{}) << more;
+}
+
+/// What holds for every axis is no fault of the one that cannot obey it.
+TEST(Check, TakesAlarmsOfAllAxesThatOneCanObey) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(errors_of(folder,
+                      "[alarms]\nphase_margin.low = 30\nstiffness.deadband = 5\n[axis.y]\nsource = 'in'\n"
+                      "sample_rate_hz = 500\ninput = 'u'\noutput = 'y'\ncontroller = 'pi:1,0.1'\n"
+                      "alarms.stiffness.low = 100"),
+            Texts{});
+}
+
+TEST(Check, RefusesKeysOfPublishingWithoutEffect) {
+  const TemporaryFolder folder;
+  (void)folder.file("password", "secret\n");
+  ::chmod((folder / "password").c_str(), 0600);
+  const std::string broker = "address = 'localhost:1883'\n";
+  const auto published = [&](const std::string& keys) {
+    return errors_of(folder, "[publish.mqtt]\n" + keys);
+  };
+  EXPECT_TRUE(is_only(published("qos = 9"), "m.toml:11:7: publish.mqtt.qos", "needs topic and address"));
+  EXPECT_TRUE(is_only(published("user = 'me'"), "m.toml:11:8: publish.mqtt.user", "needs topic and address"));
+  EXPECT_EQ(published("qos = 1\ntopic = ''"), Texts{}) << "as by default";
+  EXPECT_TRUE(is_only(published("topic = 'a'\npassword_file = 'password'\n" + broker),
+                      "m.toml:12:17: publish.mqtt.password_file", "needs a user"));
+  EXPECT_EQ(published("topic = 'a'\nuser = 'me'\npassword_file = 'password'\n" + broker), Texts{});
+  EXPECT_TRUE(is_only(
+      errors_of(folder, "[source.s]\nkind = 'mqtt'\ntopic = 'a'\npassword_file = 'password'\n" + broker),
+      "m.toml:13:17: source.s.password_file", "needs a user"));
+  EXPECT_TRUE(is_only(errors_of(folder, "[publish.nats]\nstored = true"), "m.toml:11:10: publish.nats.stored",
+                      "needs subject and address"));
+  EXPECT_EQ(errors_of(folder, "[publish.nats]\nsubject = 'a'\npassword_file = 'password'\n" + broker),
+            Texts{})
+      << "a token";
+}
+
 TEST(Check, KnowsWhoReadsWhat) {
   const TemporaryFolder folder;
   EXPECT_TRUE(
@@ -260,7 +358,10 @@ TEST(Check, RefusesNumbersOutOfRange) {
     for (const char* value : {"inf", "-inf", "nan", "'1'"})
       EXPECT_EQ(errors_of(folder, name + " = " + value).size(), 1U) << name << " = " << value;
     const bool signed_number = name.ends_with("_scale") || name == "torque_constant";
-    EXPECT_EQ(errors_of(folder, name + " = -1").size(), signed_number ? 0U : 1U) << name;
+    EXPECT_EQ(
+        errors_of(folder, "excitation = 'r'\nposition = 'p'\ninput_unit = 'A'\n" + name + " = -1").size(),
+        signed_number ? 0U : 1U)
+        << name;
   }
   EXPECT_EQ(errors_of(folder, "alarms.gap.high = inf\nalarms.gap.low = -inf"), Texts{});
   EXPECT_EQ(errors_of(folder, "alarms.gap.on_delay_s = inf").size(), 1U);

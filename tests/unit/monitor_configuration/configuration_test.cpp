@@ -19,7 +19,7 @@ Configuration configuration_of(const TemporaryFolder& folder, const std::string&
 }
 
 constexpr const char* kMore = R"(controller = "c.json"
-alarms.gap.high = 0.2
+alarms.damping.high = 0.2
 [axis."x.2"]
 source = "t"
 sample_rate_hz = 100
@@ -83,7 +83,7 @@ TEST(ConfigurationText, SaysWhatAnAxisDependsOn) {
   same(base, true, true);
   same(with("drift_per_s = 0.25", "drift_per_s = 0.5"), true, true);  // of another axis
   same(with("[monitor]", "[monitor]\nworkers = 2"), true, true);
-  same(with("gap.high = 0.2", "gap.high = 0.3"), false, true);
+  same(with("damping.high = 0.2", "damping.high = 0.3"), false, true);
   same(with("controller", "delay_s = 0.01\ncontroller"), false, false);
   same(with("[monitor]", "[monitor]\nrow_every_s = 1"), false, false);
   const auto learned = learning_text(before, "x");
@@ -101,7 +101,7 @@ TEST(ConfigurationChanges, SayWhatTheyAskFor) {
     text.replace(text.find(old_text), old_text.size(), new_text);
   };
   put("[monitor]", "[monitor]\nlisten = '127.0.0.1:81'\nfalse_alarm_interval_s = 36000\nrow_every_s = 1");
-  put("gap.high = 0.2", "gap.high = inf");
+  put("damping.high = 0.2", "damping.high = inf");
   put("controller", "channel = 'first'\ndelay_s = 0.01\ncontroller");
   put("9000", "9001");
   text += "[retention]\nrows_s = 3600\n[publish]\nwebhook_url = 'http://a'\n";
@@ -118,7 +118,7 @@ TEST(ConfigurationChanges, SayWhatTheyAskFor) {
                                    {"source.t.address", "\"127.0.0.1:9000\"", "\"127.0.0.1:9001\"", false},
                                    {"axis.x.channel", "\"\"", "\"first\"", false},
                                    {"axis.x.delay_s", "0", "0.01", true},
-                                   {"axis.x.alarms.gap.high", "0.2", "inf", false}};
+                                   {"axis.x.alarms.damping.high", "0.2", "inf", false}};
   for (const auto& change : required) EXPECT_EQ(found[change.path], change) << change.path;
   EXPECT_EQ(found.size(), required.size());
 

@@ -40,6 +40,7 @@ motion = "linear"
 output_quantity = "position"
 input = "i"
 input_scale = 40
+excitation = "e"
 excitation_scale = -0.5
 output = "x"
 position = "x"
@@ -51,7 +52,7 @@ position_scale = -1
   EXPECT_EQ(b.name, "b");
   EXPECT_EQ(b.motion, data::Motion::linear);
   EXPECT_EQ(b.output_quantity, data::OutputQuantity::position);
-  EXPECT_FALSE(b.has_excitation);
+  EXPECT_TRUE(b.has_excitation);
   EXPECT_TRUE(b.has_position);
   EXPECT_EQ(b.input_scale, 40.0);
   EXPECT_EQ(b.excitation_scale, -0.5);

@@ -91,8 +91,10 @@ TEST_F(WebApi, EveryPathIsDescribedAndEveryDescribedOneServed) {
   std::set<std::string> served, described;
   for (const auto& [method, path] : routes()) served.insert(fmt::format("{} {}", method, path));
   for (const auto& [path, operations] : api.document.at("paths").items())
-    for (const auto& [method, operation] : operations.items())
+    for (const auto& [method, operation] : operations.items()) {
+      EXPECT_TRUE(operation.at("responses").contains("405")) << path;
       described.insert(fmt::format("{} {}", method == "get" ? "GET" : "POST", path));
+    }
   EXPECT_EQ(served, described);
   // A described path answers, and with something else than "there is nothing of that name".
   for (const auto& [method, pattern] : routes()) {
@@ -148,7 +150,7 @@ TEST_F(WebApi, AxesComeWorstFirstAndUnknownIsAbsent) {
                                                        {"baseline", 3.0300000000000002},
                                                        {"change", -0.03},
                                                        {"change_std", 0.006},
-                                                       {"limit", 0.15000000000000002}}));
+                                                       {"low", 1.5}}));  // no high one
   EXPECT_EQ(known.at("figures").size(), 11U);
   EXPECT_TRUE(unknown.at("figures").empty());
   EXPECT_FALSE(unknown.contains("age_s"));
@@ -184,6 +186,9 @@ TEST_F(WebApi, AnswersOneAxis) {
   EXPECT_FALSE(get("/api/v1/axes/y").contains("raw_from_time_s"));  // none is kept
   const auto response = get("/api/v1/axes/x/response");
   EXPECT_EQ(response.at("real"), json({0.5, nullptr}));
+  EXPECT_EQ(response.at("coherence"), json({0.9, nullptr}));
+  EXPECT_EQ(response.at("coherence_std"), json({0.02, nullptr}));
+  EXPECT_FALSE(response.at("loop").contains("coherence") || response.at("baseline").contains("coherence"));
   EXPECT_TRUE(response.at("loop").contains("imag") && !response.at("loop").contains("frequency_hz"));
   EXPECT_TRUE(response.at("baseline").contains("frequency_hz"));
   EXPECT_EQ(field("/api/v1/axes/z", 404), "axis");
@@ -238,12 +243,24 @@ TEST_F(WebApi, AnswersAlarmsAndWhatWasDone) {
   EXPECT_EQ(field("/api/v1/alarms?state=asleep"), "state");
   EXPECT_EQ(field("/api/v1/alarms?axis=../x"), "axis");
   EXPECT_EQ(field("/api/v1/alarms?limit=1001"), "limit");
+  EXPECT_EQ(get("/api/v1/alarms?from=1&to=1e9").at("alarms").size(),
+            1U);  // when the disk's came is not known
+  EXPECT_EQ(field("/api/v1/alarms?from=2&to=1"), "from");
+  EXPECT_EQ(field("/api/v1/alarms?before=1"), "before");
+  const auto alarm = get("/api/v1/alarms/1");
+  EXPECT_EQ(alarm.at("text"), "stiffness fell by 5.1 %");
+  EXPECT_EQ(alarm.at("longest_shelving_s"), 3600.0);
+  EXPECT_EQ(field("/api/v1/alarms/7", 404), "id");
+  EXPECT_EQ(field("/api/v1/alarms/one"), "id");
   EXPECT_EQ(get("/api/v1/alarms/1/events").at("events").size(), 2U);
   EXPECT_EQ(field("/api/v1/alarms/one/events"), "id");
   EXPECT_EQ(field("/api/v1/alarms/-1/events"), "id");
   EXPECT_EQ(field("/api/v1/alarms/99999999999999999999/events"), "id");
   EXPECT_EQ(get("/api/v1/audit?limit=1").at("audit").size(), 1U);
+  EXPECT_TRUE(get("/api/v1/audit?to=1e9").at("audit").empty());
+  EXPECT_EQ(field("/api/v1/audit?from=2&to=1"), "from");
   EXPECT_EQ(get("/api/v1/status").at("sources").at(0).at("kind"), "mqtt");
+  EXPECT_EQ(get("/api/v1/status").at("threshold").at("present_interval_s"), 1.8e6);
 }
 
 TEST_F(WebApi, AReportReachesNothing) {
@@ -301,6 +318,7 @@ TEST_F(WebApi, WrongMethodsAndPaths) {
   const auto posted = ask("POST", "/api/v1/axes", kWho);
   EXPECT_EQ(posted.status, 405);
   EXPECT_EQ(posted.headers.at("allow"), "GET");
+  EXPECT_EQ(api.faults("get", "/api/v1/axes", 405, "application/json", posted.body), "");
   for (const auto* method : {"PUT", "DELETE", "PATCH", "OPTIONS", "TRACE"})
     EXPECT_EQ(status(method, "/api/v1/axes"), 405) << method;
   EXPECT_EQ(status("GET", "/api/v1/alarms/1/acknowledge"), 405);
@@ -454,6 +472,8 @@ TEST_F(WebApi, RefusesOptionsThatAreNotRight) {
   EXPECT_EQ(refused([](auto& o) { o.limits.workers = 0; }), "workers");
   EXPECT_EQ(refused([](auto& o) { o.limits.streams = 1000; }), "streams");
   EXPECT_EQ(refused([](auto& o) { o.limits.burst = 0.0; }), "burst");
+  EXPECT_EQ(refused([](auto& o) { o.limits.downloads = 0; }), "downloads");
+  EXPECT_EQ(refused([](auto& o) { o.limits.answer_bytes_per_second = 0.0; }), "answer_bytes_per_second");
   EXPECT_EQ(refused([](auto& o) { o.listening.address = "no.such.host.invalid"; }), "listen");
   EXPECT_EQ(refused([](auto& o) { o.listening.address = "192.0.2.1"; }), "listen");
   EXPECT_EQ(refused([](auto& o) { o.listening.certificate_file = "/nowhere.pem"; }), "key_file");

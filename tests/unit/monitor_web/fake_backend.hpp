@@ -27,11 +27,13 @@ inline AxisStatus an_axis(const std::string& name, double scale = 1.0) {
   axis.time_s = kTime;
   axis.age_s = 0.01;
   axis.latency_s = 0.02;
+  axis.newest_time_s = kTime + 0.5;
   axis.rate_hz = 2000.0;
   axis.sample = 123456;
   for (std::size_t i = 0; i < axis.figures.size(); ++i) {
     const double value = scale * static_cast<double>(i + 1);
-    axis.figures[i] = {{value, 0.01 * value}, 1.01 * value, -0.01 * value, 0.002 * value, 0.05 * value};
+    axis.figures[i] = {{value, 0.01 * value}, 1.01 * value, -0.01 * value,
+                       0.002 * value,         0.5 * value,  kUnknown};
   }
   axis.samples = {1000, 5, 4, 3, 2};
   axis.faults = {{"clock", 2, "1700000000 after \"1700000001\"\n\xff"}};
@@ -108,9 +110,12 @@ class FakeBackend : public Backend {
   }
   Answer<AxisResponse> response(const std::string& name) const override {
     if (name != "x") return none("axis");
-    Curve curve{{1.0, 2.0}, {0.5, kUnknown}, {0.0, -1.0}, {0.1, 0.1}, {0.9, 1.0}};
+    const Curve curve{{1.0, 2.0}, {0.5, kUnknown}, {0.0, -1.0}, {0.1, 0.1}, {}, {}};
+    Curve plant = curve;
+    plant.coherence = {0.9, kUnknown};
+    plant.coherence_std = {0.02, kUnknown};
     const std::lock_guard lock(mutex_);
-    return AxisResponse{kTime + static_cast<double>(revision_), curve, curve, curve};
+    return AxisResponse{kTime + static_cast<double>(revision_), plant, curve, curve};
   }
   Answer<History> history(const std::string& name, const HistoryQuestion& question) const override {
     if (name != "x") return none("axis");
@@ -141,8 +146,15 @@ class FakeBackend : public Backend {
     bare.alarm = "disk";
     std::vector<Alarm> all{bare, shelved, an_alarm(1)};
     if (question.state == AlarmFilter::active || question.state == AlarmFilter::open) all = {an_alarm(1)};
+    std::erase_if(all, [&](const Alarm& a) { return a.raised_time_s >= question.to_s; });
     if (all.size() > question.limit) all.resize(question.limit);
     return all;
+  }
+  Answer<Alarm> alarm(std::uint64_t alarm) const override {
+    if (alarm != 1) return none("id");
+    auto found = an_alarm(1);
+    found.longest_shelving_s = 3600.0;
+    return found;
   }
   Answer<std::vector<AlarmEvent>> events(std::uint64_t alarm) const override {
     if (alarm != 1) return none("id");
@@ -157,8 +169,10 @@ class FakeBackend : public Backend {
     if (alarm != 1) return none("id");
     return std::string("<!doctype html><script>1</script>");
   }
-  std::vector<AuditEntry> audit(std::uint32_t limit) const override {
-    return std::vector<AuditEntry>(std::min(limit, 3U), {kTime, "x", "shelve", "Ann", "spare", "shelved"});
+  std::vector<AuditEntry> audit(const AuditQuestion& question) const override {
+    if (question.to_s <= kTime || question.from_s > kTime) return {};
+    return std::vector<AuditEntry>(std::min(question.limit, 3U),
+                                   {kTime, "x", "shelve", "Ann", "spare", "shelved"});
   }
   ServiceStatus status() const override {
     ServiceStatus s;
@@ -176,7 +190,7 @@ class FakeBackend : public Backend {
                   "",
                   {{"format", 2, ""}}}};
     s.store = {4096, 3, true, "the disk is full", true, false};
-    s.threshold = {3.6e6, 3.6e7};
+    s.threshold = {3.6e6, 3.6e7, 1.8e6};
     s.deliveries = {{"webhook", 2, 40, 3, 1, "answer 503"}};
     return s;
   }

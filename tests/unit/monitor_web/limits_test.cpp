@@ -201,6 +201,39 @@ TEST_F(WebLimitsTest, OneClientLeavesStreamsToTheOthers) {
   EXPECT_EQ(status, 200);  // one that ends makes room for the next
 }
 
+TEST_F(WebLimitsTest, OneClientLeavesConnectionsToTheOthers) {
+  const auto outer = outer_address();
+  if (outer == 0) GTEST_SKIP() << "this machine has no address besides loopback";
+  options.listening.address = "0.0.0.0";
+  options.limits.client_connections = 3;
+  const auto port = start();
+  std::vector<WebClient> clients;
+  for (int i = 0; i < 3; ++i) {
+    clients.emplace_back(port, outer);
+    clients.back().send(request_text("GET", "/healthz"));
+    EXPECT_EQ(clients.back().reply().status, 200);
+  }
+  WebClient refused(port, outer);
+  const auto reply = refused.reply();
+  EXPECT_EQ(reply.status, 429);
+  EXPECT_NE(reply.body.find(R"("field":"connections")"), std::string::npos);
+  std::vector<WebClient> own;  // of this machine
+  for (int i = 0; i < 5; ++i) {
+    own.emplace_back(port);
+    own.back().send(request_text("GET", "/healthz"));
+    EXPECT_EQ(own.back().reply().status, 200);
+  }
+  clients.pop_back();
+  const auto began = Clock::now();
+  int status = 429;
+  while (status != 200 && seconds_since(began) < 3.0) {
+    WebClient next(port, outer);
+    next.send(request_text("GET", "/healthz"));
+    status = next.reply().status;
+  }
+  EXPECT_EQ(status, 200);
+}
+
 TEST(WebClients, KnowsThisMachineByItsAddress) {
   for (const auto* own : {"127.0.0.1", "127.8.0.1", "::", "::ffff:127.0.0.1"})
     EXPECT_TRUE(is_this_machine(own)) << own;
@@ -268,6 +301,8 @@ TEST_F(WebLimitsTest, OpenStreamsLeaveTheApiFree) {
 
 TEST_F(WebLimitsTest, SlowReadersOfLongAnswersDisturbNobodyAndEnd) {
   options.limits.stalled_s = 1.0;
+  options.limits.downloads = 20;
+  options.limits.unsent_bytes = 1 << 30;
   const auto port = start();
   std::vector<WebClient> slow;
   for (int i = 0; i < 20; ++i) {  // more than there are workers
@@ -280,6 +315,77 @@ TEST_F(WebLimitsTest, SlowReadersOfLongAnswersDisturbNobodyAndEnd) {
   while (metric("resonid_http_connections") > 1.0 && seconds_since(began) < 10.0)
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   EXPECT_EQ(metric("resonid_http_connections"), 1.0);
+}
+
+const auto kDownload = request_text("GET", "/api/v1/axes/long/raw?from=1&to=2");
+
+TEST_F(WebLimitsTest, DownloadsThatNobodyTakesKeepOutOnlyDownloads) {
+  options.limits.downloads = 2;
+  const auto port = start();
+  std::vector<WebClient> slow;
+  for (int i = 0; i < 2; ++i) {
+    slow.emplace_back(port);
+    slow.back().send(kDownload);
+    ASSERT_TRUE(slow.back().receive(5.0));  // the answer has begun
+  }
+  const auto download = [&] { return ask(port, "GET", "/api/v1/axes/long/raw?from=1&to=2"); };
+  const auto refused = download();
+  EXPECT_EQ(refused.status, 503);
+  EXPECT_TRUE(refused.headers.contains("retry-after"));
+  EXPECT_NE(refused.body.find(R"("field":"downloads")"), std::string::npos);
+  EXPECT_EQ(ask(port, "GET", "/api/v1/alarms/1/evidence.csv").status, 503);
+  EXPECT_EQ(ask(port, "GET", "/api/v1/axes").status, 200);
+  EXPECT_EQ(slow.front().reply().body.size(), 8'000'000U);
+  EXPECT_EQ(download().status, 200);  // one that ends makes room, its connection open or not
+  slow.back().close();
+  const auto began = Clock::now();
+  while (metric("resonid_http_connections") > 2.0 && seconds_since(began) < 3.0) {
+  }
+  WebClient again(port), another(port);
+  for (auto* client : {&again, &another}) {
+    client->send(kDownload);
+    EXPECT_TRUE(client->receive(5.0));
+  }
+  EXPECT_EQ(again.reply().status, 200);
+  EXPECT_EQ(another.reply().status, 200);
+}
+
+TEST_F(WebLimitsTest, AnswersThatNobodyTakesAreBounded) {
+  options.limits.downloads = 8;
+  options.limits.unsent_bytes = 12'000'000;
+  const auto port = start();
+  WebClient slow(port);
+  slow.send(kDownload);
+  ASSERT_TRUE(slow.receive(5.0));
+  const auto refused = ask(port, "GET", "/api/v1/axes/long/raw?from=1&to=2");
+  EXPECT_EQ(refused.status, 503);
+  EXPECT_NE(refused.body.find(R"("field":"answers")"), std::string::npos);
+  EXPECT_EQ(ask(port, "GET", "/uplot.js").status, 200);
+  EXPECT_EQ(slow.reply().body.size(), 8'000'000U);
+  EXPECT_EQ(ask(port, "GET", "/api/v1/axes/long/raw?from=1&to=2").status, 200);
+}
+
+TEST_F(WebLimitsTest, ADownloadThatIsAloneMayBeLonger) {
+  options.limits.unsent_bytes = 20'000;
+  const auto port = start();
+  EXPECT_EQ(ask(port, "GET", "/api/v1/axes/long/raw?from=1&to=2").body.size(), 8'000'000U);
+  EXPECT_EQ(ask(port, "GET", "/uplot.js").status, 503);
+  EXPECT_EQ(ask(port, "GET", "/api/v1/axes").status, 200);
+}
+
+TEST_F(WebLimitsTest, AnAnswerThatIsTakenTooSlowlyEnds) {
+  options.limits.answer_s = 0.5;
+  options.limits.answer_bytes_per_second = 1e9;
+  const auto port = start();
+  WebClient trickle(port);
+  trickle.send(kDownload);
+  ASSERT_TRUE(trickle.receive(5.0));
+  const auto began = Clock::now();
+  while (metric("resonid_http_connections") > 1.0 && seconds_since(began) < 5.0) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    trickle.receive(0.01);  // never stalls
+  }
+  EXPECT_LT(seconds_since(began), 2.5);
 }
 
 std::size_t open_files() {

@@ -32,6 +32,8 @@ bool has_line(const std::string& text, const std::string& line) {
 
 TEST(WebMetrics, BaseUnitsAndLabels) {
   auto linear = an_axis("z", 2.0);
+  linear.state = AxisState::stale;
+  linear.alarms = 2;
   linear.motion = data::Motion::linear;
   const auto text = text_of({an_axis("x"), linear});
   for (const auto* line : {"# TYPE resonid_resonance_hertz gauge",
@@ -47,6 +49,13 @@ TEST(WebMetrics, BaseUnitsAndLabels) {
                            R"(resonid_gap_ratio{axis="x"} 11)",
                            R"(resonid_trusted{axis="x"} 1)",
                            R"(resonid_estimate_timestamp_seconds{axis="x"} 1700000000)",
+                           R"(resonid_axis_state{axis="x",state="following"} 1)",
+                           R"(resonid_axis_state{axis="x",state="stale"} 0)",
+                           R"(resonid_axis_state{axis="z",state="stale"} 1)",
+                           R"(resonid_axis_state{axis="z",state="refused"} 0)",
+                           R"(resonid_axis_alarms{axis="x"} 0)",
+                           R"(resonid_axis_alarms{axis="z"} 2)",
+                           R"(resonid_newest_sample_timestamp_seconds{axis="x"} 1700000000.5)",
                            R"(resonid_samples_total{axis="x"} 1000)",
                            R"(resonid_samples_missing_total{axis="x"} 5)",
                            R"(resonid_faults_total{axis="x",kind="clock"} 2)",
@@ -70,6 +79,8 @@ TEST(WebMetrics, WhatIsNotKnownIsAbsent) {
   const auto text = text_of({unknown});
   EXPECT_EQ(text.find("nan"), std::string::npos);
   EXPECT_EQ(text.find("resonid_resonance"), std::string::npos);  // nor help of what has no sample
+  EXPECT_EQ(text.find("resonid_newest_sample"), std::string::npos);
+  EXPECT_TRUE(has_line(text, R"(resonid_axis_state{axis="y",state="waiting"} 1)"));
   EXPECT_TRUE(has_line(text, R"(resonid_trusted{axis="y"} 0)"));
 }
 

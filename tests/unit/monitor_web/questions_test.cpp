@@ -39,6 +39,23 @@ TEST(WebQuestions, TimesAreWhatNanosecondsCanTell) {
   EXPECT_EQ(later.error().kind, Problem::Kind::invalid);
 }
 
+TEST(WebQuestions, AlarmsAndAuditAreOfAllTimeUnlessToldOtherwise) {
+  const auto all = alarm_question({});
+  ASSERT_TRUE(all);
+  EXPECT_EQ(all->from_s, 0.0);
+  EXPECT_EQ(all->to_s, kLastTime_s);
+  const auto some = alarm_question({{"from", "10"}, {"to", "20"}});
+  ASSERT_TRUE(some);
+  EXPECT_EQ(some->from_s, 10.0);
+  EXPECT_EQ(some->to_s, 20.0);
+  const auto audit = audit_question({{"to", "20"}, {"limit", "7"}});
+  ASSERT_TRUE(audit);
+  EXPECT_EQ(audit->limit, 7U);
+  EXPECT_EQ(audit->to_s, 20.0);
+  EXPECT_FALSE(audit_question({{"axis", "x"}}));
+  EXPECT_FALSE(alarm_question({{"from", "20"}, {"to", "20"}}));
+}
+
 TEST(WebQuestions, AnEndIsATimeOrADuration) {
   const auto until = [](const char* body) {
     const auto action = action_of(ActionKind::shelve, body, 1000.0);

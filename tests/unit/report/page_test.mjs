@@ -139,6 +139,14 @@ test("a line that nothing excites is told from the others", () => {
   assert.deepEqual(line.map((p) => p.weak), [false, true, false, true]);
 });
 
+test("a coherence has its band, and one measured beside the points does not make them weak", () => {
+  const columns = { frequency_hz: [1, 2], real: [1, 1], imag: [0, 0], std: [0.1, 0.1], coherence: [0.98, 0.1], coherence_std: [0.05, null] };
+  const [a, b] = curves.measuredBode(columns, 0.6827, [], false);
+  assert.ok(Math.abs(a.coherenceLow - 0.93) < 1e-4 && a.coherenceHigh === 1);
+  assert.ok(b.coherenceLow === null && b.coherenceHigh === null && !b.weak);
+  assert.ok(curves.measuredBode(columns, 0.6827)[1].weak);
+});
+
 test("the cards hold the inertia ratio, and Ms and Mt beside the modulus margin", () => {
   const cards = tables.keyFigures({ resonances: [{ kind: "resonance", frequency_hz: 15, std_hz: 0.1 }], loop: { modulus_margin: 0.8 },
     page: { inertia_ratio: { value: 1.25, std: 0.01 }, peaks: { ms: 1.25, mt: 1.1 } } });

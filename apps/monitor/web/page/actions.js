@@ -10,10 +10,10 @@ const TELL_MS = 2000;
 
 const timeField = (longest) => ({ name: "seconds", label: "For", kind: "select", options: durations(longest) });
 
-/** For how long an alarm of the axis can be shelved; undefined where that is not known. */
-async function longestShelving(axis) {
+/** For how long the alarm of a path can be shelved; undefined where that is not known. */
+async function longestShelving(path) {
   try {
-    return (await get(`axes/${part(axis)}`, AbortSignal.timeout(TELL_MS))).longest_shelving_s;
+    return (await get(path, AbortSignal.timeout(TELL_MS))).longest_shelving_s;
   } catch {
     return undefined;
   }
@@ -23,7 +23,7 @@ const ALARM = {
   acknowledge: { title: "Acknowledge the alarm", text: "You have seen it. It stays active until its cause is gone.", button: "Acknowledge", did: "Acknowledged", optional: true },
   shelve: {
     title: "Shelve the alarm", text: "It is out of the way until the end of the time, or until it is unshelved.", button: "Shelve", did: "Shelved",
-    fields: async (axis) => [timeField(await longestShelving(axis))],
+    fields: async (path) => [timeField(await longestShelving(path))],
   },
   unshelve: { title: "Unshelve the alarm", button: "Unshelve", did: "Unshelved", optional: true },
   reset: { title: "Reset the latched alarm", text: "It cleared by itself and waits for a person.", button: "Reset", did: "Reset", optional: true },
@@ -45,11 +45,11 @@ const END_MAINTENANCE = { title: "End the maintenance", text: "Alarms of this ax
 /** A question is open, or about to be: a second press asks no second one. */
 let asked = false;
 
-async function perform(action, path, name, of, axis, done = () => {}) {
+async function perform(action, path, name, of, done = () => {}) {
   if (asked) return;
   asked = true;
   const result = await askPerson({
-    ...action, fields: await action.fields?.(axis), title: `${action.title}: ${of}`,
+    ...action, fields: await action.fields?.(path), title: `${action.title}: ${of}`,
     run: ({ who, reason, seconds }) => post(`${path}/${name}`, { who, ...(reason ? { reason } : {}), ...(seconds ? { seconds: Number(seconds) } : {}) }),
   }).finally(() => { asked = false; });
   if (result === null) return;
@@ -57,8 +57,8 @@ async function perform(action, path, name, of, axis, done = () => {}) {
   done(result);
 }
 
-function buttons(actions, names, path, of, axis, done) {
-  return names.map((name) => h("button", { type: "button", "data-focus": `do-${name}`, onclick: () => perform(actions[name], path, name, of, axis, done) }, actions[name].button));
+function buttons(actions, names, path, of, done) {
+  return names.map((name) => h("button", { type: "button", "data-focus": `do-${name}`, onclick: () => perform(actions[name], path, name, of, done) }, actions[name].button));
 }
 
 /** Buttons for what an alarm's state allows. One of the installation goes by itself. */
@@ -68,12 +68,12 @@ export function alarmButtons(alarm, done) {
   if (!alarm.acknowledged) names.push("acknowledge");
   names.push(alarm.shelved ? "unshelve" : "shelve");
   if (alarm.latched && !alarm.active && alarm.acknowledged) names.push("reset");
-  return h("div", { class: "buttons" }, buttons(ALARM, names, `alarms/${part(alarm.id)}`, sentence(alarm.text), alarm.axis, done));
+  return h("div", { class: "buttons" }, buttons(ALARM, names, `alarms/${part(alarm.id)}`, sentence(alarm.text), done));
 }
 
 /** The stream tells what becomes of it. */
-export const endMaintenanceButton = (name) => buttons({ "end-maintenance": END_MAINTENANCE }, ["end-maintenance"], `axes/${part(name)}`, name, name)[0];
+export const endMaintenanceButton = (name) => buttons({ "end-maintenance": END_MAINTENANCE }, ["end-maintenance"], `axes/${part(name)}`, name)[0];
 
 export function axisButtons(name, done) {
-  return h("div", { class: "buttons" }, buttons(AXIS, Object.keys(AXIS), `axes/${part(name)}`, name, name, done));
+  return h("div", { class: "buttons" }, buttons(AXIS, Object.keys(AXIS), `axes/${part(name)}`, name, done));
 }

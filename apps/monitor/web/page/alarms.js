@@ -5,7 +5,7 @@ import { alarmButtons } from "./actions.js";
 import { fileLink, get, part } from "./api.js";
 import { grid, h, renew, say, sign } from "./dom.js";
 import { go, link } from "./route.js";
-import { alarmChange, alarmStates, bare, brief, conditionOf, figureOf, isOpen, moment, plural, sentence, severityOf, severityText } from "./words.js";
+import { alarmChange, alarmStates, bare, brief, conditionOf, figureOf, isOpen, moment, plural, sentence, severityOf, severityText, stamp } from "./words.js";
 
 const STATES = {
   open: ["Open", isOpen], unacknowledged: ["Not acknowledged", (a) => !a.acknowledged && !a.shelved && !a.suppressed], shelved: ["Shelved", (a) => Boolean(a.shelved)],
@@ -27,7 +27,7 @@ export function alarmLine(alarm) {
   return h("li", { class: `alarm ${signOf(alarm)}`, "data-alarm": alarm.id },
     sign(signOf(alarm)),
     h("div", {}, h("p", { class: "what" }, axisLink(alarm), ": ", h("a", { href: link(["alarm", alarm.id]), "data-focus": `open-${alarm.id}` }, sentence(alarm.text))),
-      h("p", { class: "small soft" }, `${severityText(alarm.severity)}; ${alarmStates(alarm).join(", ")}; raised ${moment(alarm.raised_time_s)}`)),
+      h("p", { class: "small soft" }, `${severityText(alarm.severity)}; ${alarmStates(alarm).join(", ")}; raised ${stamp(alarm.raised_time_s)}`)),
     scoped(alarmButtons(alarm), alarm.id));
 }
 
@@ -70,7 +70,7 @@ export function alarmsView(main, { alarms, query, reloadAlarms }) {
 
 const TRANSITIONS = { latched: "Latched: waits for a person", realarmed: "Raised again: still active", "shelving-expired": "Shelving ended", unsuppressed: "No longer suppressed" };
 
-export function alarmView(main, { fleet, alarms, path, reloadAlarms }) {
+export function alarmView(main, { fleet, alarms, path }) {
   const id = path[1];
   const head = h("div", {}, h("h1", {}, "Alarm"));
   const facts = h("section", {}, h("h2", {}, "What is known"), h("div", {}));
@@ -81,22 +81,32 @@ export function alarmView(main, { fleet, alarms, path, reloadAlarms }) {
   const loadEvents = async () => {
     try {
       const told = list((await get(`alarms/${part(id)}/events`)).events);
-      events.lastElementChild.replaceChildren(grid(["Time", "What", "By", "Text"], told.map((e) => [moment(e.time_s), TRANSITIONS[e.transition] ?? words(e.transition ?? ""), e.who ?? "–", e.reason ?? sentence(e.text)]), { caption: "Events of the alarm", className: "plain" }));
+      events.lastElementChild.replaceChildren(grid(["Time", "What", "By", "Text"], told.map((e) => [stamp(e.time_s), TRANSITIONS[e.transition] ?? words(e.transition ?? ""), e.who ?? "–", e.reason ?? sentence(e.text)]), { caption: "Events of the alarm", className: "plain" }));
     } catch (error) {
       events.lastElementChild.replaceChildren(h("p", { class: "error" }, `Events could not be loaded: ${error.message}`));
     }
   };
-  if (!alarms.has(id)) reloadAlarms().then(() => { if (!alarms.has(id)) say(problem, `There is no alarm ${id}.`); });
+  /** One that is over for longer than the list goes back. */
+  let old = null;
+  const load = async () => {
+    try {
+      old = await get(`alarms/${part(id)}`);
+    } catch (error) {
+      if (!alarms.has(id)) say(problem, [400, 404].includes(error.status) ? `There is no alarm ${id}.` : `The alarm could not be loaded: ${error.message}`);
+    }
+  };
+  if (!alarms.has(id)) load();
   const view = {
     title: "Alarm", nav: "alarms",
     update: () => {
-      const alarm = alarms.get(id);
+      const alarm = alarms.get(id) ?? old;
       if (!alarm) return;
-      const key = JSON.stringify(alarm);
+      const motion = fleet.axes.get(alarm.axis)?.motion;
+      const key = JSON.stringify([alarm, motion]);
       if (key === state) return;
       state = key;
+      say(problem, "");
       const text = brief(alarm.text);
-      const motion = fleet.axes.get(alarm.axis)?.motion;
       view.title = `${alarm.axis ?? "Installation"}: ${text}`;
       loadEvents();
       renew(head, alarm, () => [h("div", { class: "head" }, h("div", {}, h("h1", {}, text), h("p", { class: "meta" }, axisLink(alarm), `, ${severityText(alarm.severity)}`)),
@@ -105,9 +115,9 @@ export function alarmView(main, { fleet, alarms, path, reloadAlarms }) {
       const figure = figureOf(alarm.alarm, motion);
       const [, guess, cause] = /^(?:(likely|possible) cause: )?(?:cause unknown)?(.*)$/s.exec(sentence(alarm.cause));
       const rows = [
-        ["Change", alarmChange(alarm, motion) || "–"], [guess === "possible" ? "Possible cause" : "Likely cause", cause || "not known"], [conditionOf(alarm.alarm) ? "Condition" : "Figure", figure.title], ["Since", moment(alarm.since_time_s)], ["Raised", moment(alarm.raised_time_s)],
-        alarm.cleared_time_s ? ["Cleared", moment(alarm.cleared_time_s)] : null,
-        alarm.shelved ? ["Shelved", `until ${moment(alarm.shelved.until_time_s)} by ${alarm.shelved.who ?? "?"}: ${alarm.shelved.reason ?? ""}`] : null,
+        ["Change", alarmChange(alarm, motion) || "–"], [guess === "possible" ? "Possible cause" : "Likely cause", cause || "not known"], [conditionOf(alarm.alarm) ? "Condition" : "Figure", figure.title], ["Since", stamp(alarm.since_time_s)], ["Raised", stamp(alarm.raised_time_s)],
+        alarm.cleared_time_s ? ["Cleared", stamp(alarm.cleared_time_s)] : null,
+        alarm.shelved ? ["Shelved", `until ${stamp(alarm.shelved.until_time_s)} by ${alarm.shelved.who ?? "?"}: ${alarm.shelved.reason ?? ""}`] : null,
         alarm.suppressed ? ["Suppressed by", words(alarm.suppressed)] : null,
       ].filter(Boolean);
       const around = alarm.since_time_s ?? alarm.raised_time_s;

@@ -5,11 +5,11 @@ import { axisButtons, endMaintenanceButton } from "./actions.js";
 import { get, part } from "./api.js";
 import { alarmLine } from "./alarms.js";
 import { grid, h, mark, renew, say, sign } from "./dom.js";
-import { ageOf, alarmsOfAxes, groupOf, isAlarmed, isStale, latencyOf } from "./model.js";
+import { ageOf, alarmsOfAxes, groupOf, isAlarmed, isLearning, isStale, latencyOf } from "./model.js";
 import { responsePart } from "./response.js";
 import { go, link } from "./route.js";
 import { trendsPart } from "./trends.js";
-import { beyondLimit, brief, changeText, count, duration, figureOf, fromInput, GATES, isOpen, latencyText, maintenanceText, moment, orderedFigures, sentence, sigmas, staleText, stateText, toInput, valueText, verdictText } from "./words.js";
+import { beyondLimit, brief, changeText, clock, count, duration, figureOf, fromInput, GATES, hasLimit, isOpen, latencyText, limitsText, maintenanceText, moment, orderedFigures, sentence, sigmas, staleText, stateText, toInput, valueText, verdictText } from "./words.js";
 
 const DETAILS_MS = 5000;
 const CLASS = ["good", "none", "none", "warning", "bad"];
@@ -23,6 +23,8 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
   const meta = h("p", { class: "meta" });
   const open = h("div", { class: "axis-alarms" });
   const figuresBody = h("tbody", {});
+  const figuresHead = ["Figure", "Now", "Baseline", "Change", "Limits", "Standard deviations"].map((t, i) => h("th", { scope: "col", class: i ? "n" : null }, t));
+  const figuresTable = h("table", { class: "fold figures-table" }, h("caption", { class: "unseen" }), h("thead", {}, h("tr", {}, figuresHead)), figuresBody);
   const stale = h("p", { class: "stale-text", role: "status" });
   const columns = h("div", {});
   const missing = h("p", { class: "error", role: "alert" });
@@ -32,9 +34,14 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
     h("div", { class: "head" }, h("div", {}, h("h1", {}, name), meta), verdict), missing, maintenance, stale, open, columns);
   const left = h("div", {});
   columns.append(h("section", {}, h("h2", {}, "Figures"), h("p", { class: "explain" }, "± one standard deviation. Changes are told against the baseline."),
-    h("div", { class: "scroll" }, h("table", { class: "fold figures-table" }, h("caption", { class: "unseen" }, "Figures of the axis now"),
-      h("thead", {}, h("tr", {}, ["Figure", "Now", "Baseline", "Change", "Limit of change", "Standard deviations"].map((t, i) => h("th", { scope: "col", class: i ? "n" : null }, t)))), figuresBody))), left);
+    h("div", { class: "scroll" }, figuresTable)), left);
   const response = responsePart(columns);
+  const live = columns.querySelector(".live");
+  let newest = null;
+  const showResponse = (told) => {
+    newest = told;
+    response.show(told);
+  };
   const trends = trendsPart(columns, {
     name, serverNow: nowOfAxis, setQuery: (change) => { query = { ...query, ...change }; go(["axis", name], query); },
   });
@@ -63,31 +70,40 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
 
   async function firstResponse() {
     try {
-      response.show(await get(`axes/${part(name)}/response`));
+      showResponse(await get(`axes/${part(name)}/response`));
     } catch {
       // There is none yet; the stream brings it when there is.
     }
   }
 
-  function figureRows(axis) {
+  /** "not trusted, as of 10:15:04"; empty where it is trusted and of now. */
+  const reserve = (axis, before) => [axis.trusted ? "" : "not trusted", before === null ? "" : `as of ${clock(before, serverNow())}`].filter(Boolean).join(", ");
+
+  function figureRows(axis, now) {
     const open = alarmsOfAxes(alarms).get(name);
+    const valued = Object.values(axis.figures).some((f) => isNumber(f.value));
+    const title = [valued && isLearning(axis) ? "Last known" : "Now", valued ? reserve(axis, fleet.asOf(axis, now, serverNow())) : ""].filter(Boolean).join(", ");
+    say(figuresHead[1], title);
+    say(figuresTable.caption, `Figures of the axis: ${title.toLowerCase()}`);
+    mark(figuresTable, "data-untrusted", !axis.trusted);
     // Changes are found over time by what the evidence is worth; only some figures have a plain limit.
-    mark(figuresBody.parentElement, "data-no-limit", !Object.values(axis.figures).some((f) => isNumber(f.limit)));
+    mark(figuresTable, "data-no-limit", !Object.values(axis.figures).some(hasLimit));
     for (const key of orderedFigures(axis.figures)) {
       const told = axis.figures[key];
       const figure = figureOf(key, axis.motion);
       if (!slots.has(key)) {
-        const cells = ["Now", "Baseline", "Change", "Limit of change", "Standard deviations"].map((title) => h("td", { class: "n", "data-name": title }));
+        const cells = ["Now", "Baseline", "Change", "Limits", "Standard deviations"].map((head) => h("td", { class: "n", "data-name": head }));
         slots.set(key, cells);
         figuresBody.append(h("tr", {}, h("th", { scope: "row" }, figure.title), cells));
       }
-      const [now, base, change, limit, sigma] = slots.get(key);
-      say(now, valueText(figure, told));
+      const [value, base, change, limits, sigma] = slots.get(key);
+      mark(value, "data-name", title);
+      say(value, valueText(figure, told));
       say(base, isNumber(told.baseline) ? `${significant(told.baseline, 4)}${figure.unit ? " " + prettyUnit(figure.unit) : ""}` : "–");
       const beyond = beyondLimit(told);
       say(change, changeText(figure, told) || "–");
       mark(change, "data-beyond", beyond || isAlarmed(open, key));
-      say(limit, isNumber(told.limit) ? `±${plain(told.limit, 3)}${figure.unit ? " " + prettyUnit(figure.unit) : ""}${beyond ? ", exceeded" : ""}` : "–");
+      say(limits, hasLimit(told) ? limitsText(figure, told) + (beyond ? ", exceeded" : "") : "–");
       say(sigma, sigmas(told) ? significant(sigmas(told), 2) : "–");
     }
   }
@@ -140,15 +156,17 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
       trends.query(next);
       return true;
     },
-    stream: { response: (event) => { if (event.axis === undefined || event.axis === name) response.show(event); } },
+    stream: { response: (event) => { if (event.axis === undefined || event.axis === name) showResponse(event); } },
     update: (now) => {
       const axis = fleet.axes.get(name);
       if (now - asked > DETAILS_MS) details();
-      if (!axis || !known) return;
+      if (!axis?.motion || !known) return; // a frame tells no motion, by which the units are
       const old = isStale(axis, now);
       const silent = old && axis.state !== "refused";
       const age = ageOf(axis, now);
-      response.update(now, axis, more?.loop ?? {}, old ? staleText(axis, age) : "");
+      mark(live, "data-untrusted", !axis.trusted);
+      const told = newest ? reserve(axis, fleet.asOf(axis, now, serverNow(), newest.time_s ?? null)) : "";
+      response.update(now, axis, more?.loop ?? {}, old ? staleText(axis, age) : told.charAt(0).toUpperCase() + told.slice(1));
       if (now - filled < 200) return;
       filled = now;
       const group = groupOf(axis, now);
@@ -165,7 +183,7 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
       mark(maintenance, "hidden", until === "");
       const mine = [...alarms.values()].filter((a) => a.axis === name && (isOpen(a) || a.shelved || a.suppressed));
       renew(open, mine, () => (mine.length ? [h("section", { class: "open-alarms" }, h("h2", {}, "Alarms"), h("ul", { class: "alarm-list" }, mine.map(alarmLine)))] : []));
-      figureRows(axis);
+      figureRows(axis, now);
       estimatorPart(axis);
       samplePart(axis);
       baselinePart();

@@ -3,7 +3,7 @@
 import { h, mark, say, sign } from "./dom.js";
 import { ageOf, alarmsOfAxes, FILTERS, groupOf, isAlarmed, isStale, latencyOf, matches, mostChanged, worstFirst } from "./model.js";
 import { go, link } from "./route.js";
-import { beyondLimit, changeText, duration, figureOf, latencyText, maintenanceText, orderedFigures, plural, sentence, staleText, stateText, valueText } from "./words.js";
+import { beyondLimit, changeText, clock, duration, figureOf, latencyText, maintenanceText, orderedFigures, plural, sentence, staleText, stateText, valueText } from "./words.js";
 
 /** Figures that a row shows, and from how many standard deviations on another one takes the place of the last. */
 const FIGURES = ["resonance", "stiffness", "modulus_margin", "load_inertia"];
@@ -18,7 +18,7 @@ const TOUCHED_MS = 4000;
 
 const SIGN = ["good", "stale", "off", "warning", "bad"];
 
-export function fleetView(main, { fleet, alarms, query }) {
+export function fleetView(main, { fleet, alarms, query, serverNow }) {
   let open = new Map();
   let typing = 0;
   let shown = { q: query.q ?? "", show: query.show ?? "all" };
@@ -127,13 +127,16 @@ export function fleetView(main, { fleet, alarms, query }) {
       r.kind = kind;
     }
     mark(r.row, "data-stale", stale);
+    mark(r.row, "data-untrusted", !axis.trusted);
     const age = ageOf(axis, now);
     say(r.state, stale ? staleText(axis, age) : axis.state === "following" ? (axis.trusted ? "Trusted" : "Not trusted") : stateText(axis.state));
     say(r.maintenance, maintenanceText(axis));
     const worst = axis.worst_alarm && (open.get(name)?.[0] ?? axis.worst_alarm);
     say(r.text, worst ? `${axis.unacknowledged ? "Alarm" : "Acknowledged alarm"}: ${sentence(worst.text)}` + (axis.alarms > 1 ? ` (and ${axis.alarms - 1} more)` : "")
       : axis.trusted && !stale ? "" : axis.why ?? "");
-    say(r.data, stale ? "" : age === null ? "no data yet" : `${duration(age)} old, latency ${latencyText(latencyOf(axis))}`);
+    const before = Object.values(axis.figures).some((f) => Number.isFinite(f.value)) ? fleet.asOf(axis, now, serverNow()) : null;
+    say(r.data, (stale ? "" : age === null ? "no data yet" : `${duration(age)} old, latency ${latencyText(latencyOf(axis))}`) +
+      (before === null ? "" : `${stale ? "" : "; "}figures as of ${clock(before, serverNow())}`));
     fillFigures(r, axis);
   }
 

@@ -45,6 +45,7 @@ async function resync() {
     fleet.calibrate(answer.time_s, asked, unixNow());
     fleet.replace(list(answer.axes), performance.now());
     view?.update(performance.now(), true);
+    showTitle();
   } catch (error) {
     console.warn("axes:", error.message);
   }
@@ -91,6 +92,7 @@ const tellNew = () => {
 function alarmEvent(alarm) {
   const old = alarms.get(String(alarm.id));
   alarms.set(String(alarm.id), alarm);
+  showTitle();
   if (!alarm.axis) askService(); // of the installation: what it is about stands in the header
   if (alarm.active && isOpen(alarm) && !alarm.acknowledged && !(old?.active && !old.acknowledged)) {
     fresh.push(alarm);
@@ -100,7 +102,10 @@ function alarmEvent(alarm) {
 
 const stream = new Stream({
   hello: ({ resumed }) => { if (!resumed) reloadAlarms(); },
-  frame: (frame) => fleet.frame(frame, performance.now(), unixNow()),
+  frame: (frame) => {
+    fleet.frame(frame, performance.now(), unixNow());
+    showTitle();
+  },
   alarm: alarmEvent,
   axis: (status) => fleet.merge(status.name, status, performance.now()),
   refused: async () => {
@@ -159,6 +164,19 @@ addEventListener("keydown", (event) => {
   else location.hash = "#/";
 });
 
+// A hash of its own would lead to another view.
+document.querySelector(".skip").addEventListener("click", (event) => {
+  event.preventDefault();
+  main.focus();
+});
+
+/** Also in a background tab, where nothing is drawn. */
+function showTitle() {
+  const open = [...fleet.axes.values()].reduce((n, a) => n + (a.unacknowledged ?? 0), 0);
+  const text = `${open ? `(${open}) ` : ""}${view?.title ?? ""} – resonid`;
+  if (document.title !== text) document.title = text;
+}
+
 let ticked = -Infinity;
 function tick(now) {
   requestAnimationFrame(tick);
@@ -166,10 +184,7 @@ function tick(now) {
   ticked = now;
   top.update({ fleet, alarms, stream, now: performance.now(), axis: view?.axis, troubles });
   view?.update(performance.now());
-  const title = `${view?.title ?? ""} – resonid`;
-  const open = [...fleet.axes.values()].reduce((n, a) => n + (a.unacknowledged ?? 0), 0);
-  const text = (open ? `(${open}) ` : "") + title;
-  if (document.title !== text) document.title = text;
+  showTitle();
 }
 
 watchLayout(main);

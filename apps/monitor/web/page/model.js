@@ -6,8 +6,11 @@ import { bare, isOpen, severityOf, sigmas } from "./words.js";
 /** From a server that says nothing for so long nobody knows what is now, whatever it last said of an axis. */
 const SILENT_MS = 5000;
 
+/** Figures that are older than the newest samples by more than this are not those of now. */
+const OLD_S = 5;
+
 /** What a status lacks that has none. */
-const NOTHING = { why: "", age_s: null, latency_s: null, maintenance_until_time_s: null, worst_alarm: null };
+const NOTHING = { why: "", time_s: null, age_s: null, latency_s: null, maintenance_until_time_s: null, worst_alarm: null };
 const NO_FIGURE = { value: null, std: null, change: null, change_std: null };
 
 export class Fleet {
@@ -25,7 +28,7 @@ export class Fleet {
     for (const axis of list) this.merge(axis.name, axis, now);
   }
 
-  /** A frame tells of some axes what changes; what hardly does (baseline, limit, counters) stays as it was. */
+  /** A frame tells of some axes what changes; what hardly does (baseline, limits, counters) stays as it was. */
   frame({ time_s: time, axes }, now, unixNow) {
     const transit = isNumber(time) ? Math.max(0, unixNow + this.offset.s - time) : 0;
     for (const [name, status] of Object.entries(axes ?? {})) {
@@ -54,10 +57,20 @@ export class Fleet {
     const half = (answered - asked) / 2;
     if (isNumber(time) && half <= this.offset.half * 1.5) this.offset = { s: time - (asked + answered) / 2, half };
   }
+
+  /** When the machine was as an axis' figures, or what it told of another time, say; null where that is now, or not known. */
+  asOf(axis, now, serverNow, time = axis.time_s) {
+    if (!isNumber(time)) return null;
+    const lag = Number.isFinite(this.offset.half) ? serverNow - (ageOf(axis, now) ?? 0) - time : 0;
+    return lag > OLD_S || isLearning(axis) || isStale(axis, now) ? time : null;
+  }
 }
 
 /** Seconds since the newest sample of an axis. */
 export const ageOf = (axis, now) => (isNumber(axis.age_s) ? axis.age_s + Math.max(0, now - axis.told_at) / 1000 : null);
+
+/** Learns, or waits to: figures that it may still tell are those of before. */
+export const isLearning = ({ state }) => state === "waiting" || state === "learning";
 
 /** How old samples may be is the server's to say, which knows when they are due. */
 export const isStale = (axis, now) => axis.state === "stale" || axis.state === "refused" || (axis.state !== "waiting" && now - axis.server.told_at > SILENT_MS);

@@ -10,7 +10,7 @@ import { grid, h } from "./dom.js";
 /** All that stands behind a ± on this page is one standard deviation; of complex values the region of the same probability. */
 const CONFIDENCE = 0.6827;
 const EXPLAIN = "How strongly and how late the velocity follows the torque at each frequency, now and at the baseline. Shaded: one standard " +
-  "deviation. Dashed: anti-resonance and resonance now.";
+  "deviation. Dashed: anti-resonance and resonance now. Coherence: of the newest raw samples, whatever the estimate says.";
 /** Curves move this often; less often while one is read by the keyboard, which would be told each time. */
 const DRAW_MS = 200;
 const READ_MS = 5000;
@@ -61,7 +61,7 @@ function reportOf(response, { figures, motion }, loop) {
 }
 
 /** The kinds of curves that there are: with others the pictures are built anew. */
-const kindOf = (r) => [r.coherence, r.baseline, r.loop, baselineLoop(r)].map((c) => (c ? 1 : 0)).join("") + (list(r.frequency_hz).length > 400);
+const kindOf = (r) => [r.coherence, r.coherence_std, r.baseline, r.loop, baselineLoop(r)].map((c) => (c ? 1 : 0)).join("") + (list(r.frequency_hz).length > 400);
 
 export function responsePart(root) {
   const place = h("div", { class: "live" });
@@ -117,10 +117,11 @@ function responseTable(response) {
   const db = (p) => significant(20 * Math.log10(p.abs), 4);
   const now = points(response);
   const base = new Map(points(response.baseline).map((p) => [p.f, p]));
-  const head = ["Frequency, Hz", "Magnitude, dB", "± relative", "Phase, °", "Coherence", "Baseline, dB", "Baseline, °"];
+  const head = ["Frequency, Hz", "Magnitude, dB", "± relative", "Phase, °", "Coherence", "± coherence", "Baseline, dB", "Baseline, °"];
   return grid(head, now.map((p) => {
     const b = base.get(p.f);
     return [significant(p.f, 4), db(p), p.std === null ? "–" : significant(p.std / p.abs, 2), plain(Math.round(10 * p.phase) / 10, 5),
-      p.coherence === null ? "–" : significant(p.coherence, 3), b ? db(b) : "–", b ? plain(Math.round(10 * b.phase) / 10, 5) : "–"];
-  }), { caption: "Frequency response now and at the baseline", numeric: [1, 2, 3, 4, 5, 6], className: "numbers" });
+      p.coherence === null ? "–" : significant(p.coherence, 3), p.coherenceStd === null ? "–" : significant(p.coherenceStd, 2),
+      b ? db(b) : "–", b ? plain(Math.round(10 * b.phase) / 10, 5) : "–"];
+  }), { caption: "Frequency response now and at the baseline", numeric: [1, 2, 3, 4, 5, 6, 7], className: "numbers" });
 }

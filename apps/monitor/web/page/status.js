@@ -3,7 +3,7 @@
 import { isNumber, list, words } from "./report/format.js";
 import { get } from "./api.js";
 import { grid, h, renew, say } from "./dom.js";
-import { bytesText, count, duration, moment, plural, sentence } from "./words.js";
+import { bytesText, count, duration, moment, plural, sentence, stamp } from "./words.js";
 
 const EVERY_MS = 3000;
 
@@ -18,7 +18,7 @@ export function statusView(main) {
       const [s, trail] = await Promise.all([get("status"), get("audit?limit=50").catch(() => null)]);
       say(problem, "");
       const put = (box, rows, caption) => renew(box.lastElementChild, rows, () => [grid(["What", "Value"], rows, { caption, className: "facts" })]);
-      put(about, [["Version", s.version ?? "–"], ["Started", moment(s.started_time_s)], ["Running for", duration(s.uptime_s)], ["Axes", count(s.axes)]], "The service");
+      put(about, [["Version", s.version ?? "–"], ["Started", stamp(s.started_time_s)], ["Running for", duration(s.uptime_s)], ["Axes", count(s.axes)]], "The service");
       const head = ["Source", "Kind", "State", "Promise", "Messages", "Bytes", "Lost", "Note"];
       const rows = list(s.sources).map((x) => [x.name, x.kind ?? "–", words(x.state ?? "–"), x.promise ?? "–", count(x.messages), bytesText(x.bytes), count(x.lost), x.text ?? ""]);
       renew(sources.lastElementChild, rows, () => [rows.length ? grid(head, rows, { caption: "Sources of samples", numeric: [4, 5, 6], className: "plain" }) : h("p", { class: "soft" }, "None.")]);

@@ -3,7 +3,7 @@
 import { h, mark, say, sign } from "./dom.js";
 import { ageOf, isStale, summary } from "./model.js";
 import { link } from "./route.js";
-import { duration, latencyText, plural, staleText } from "./words.js";
+import { duration, latencyText, plural, staleText, zone } from "./words.js";
 
 const LINKS = [["fleet", "Fleet", []], ["alarms", "Alarms", ["alarms"]], ["status", "Status", ["status"]]];
 
@@ -12,7 +12,7 @@ export function drawTop(header) {
   const links = new Map(LINKS.map(([id, title, path]) => [id, h("a", { href: link(path) }, title)]));
   nav.append(...links.values());
   const strip = header.querySelector("#strip");
-  const items = Object.fromEntries(["connection", "store", "service", "age", "latency", "alarms"].map((name) => {
+  const items = Object.fromEntries(["connection", "store", "service", "age", "latency", "alarms", "zone"].map((name) => {
     const icon = h("span", { class: "icon" });
     const text = h("span", {});
     const leads = { store: "status", service: "status", alarms: "alarms" }[name];
@@ -50,6 +50,7 @@ export function drawTop(header) {
       else items.age(null, `Data ${duration(age)} old` + (!one && all.stale ? `, ${plural(all.stale, "axis", "axes")} without data` : ""));
       const latency = one ? one.seen_latency_s : all.latency;
       items.latency(null, stale || latency === null || latency === undefined ? "Latency –" : `Latency ${latencyText(latency)}`);
+      items.zone(null, `Times ${zone(Date.now() / 1000)}`);
       if (all.alarms === 0 && all.unacknowledged === 0) items.alarms("good", "No alarm open");
       else items.alarms(all.unacknowledged ? "bad" : "warning", `${plural(all.alarms, "alarm")} open` + (all.unacknowledged ? `, ${all.unacknowledged} not acknowledged` : ""));
     },

@@ -6,12 +6,14 @@ import { release } from "./report/plot.js";
 import { fileLink, get, part } from "./api.js";
 import { grid, h, mark, renew, say } from "./dom.js";
 import { tableOnDemand } from "./response.js";
-import { bare, duration, figureOf, fromInput, moment, orderedFigures, toInput } from "./words.js";
+import { bare, duration, figureOf, fromInput, moment, orderedFigures, stamp, toInput } from "./words.js";
 
 const SPANS = [[600, "10 min"], [3600, "1 h"], [6 * 3600, "6 h"], [86400, "1 day"], [7 * 86400, "1 week"], [30 * 86400, "1 month"], [365 * 86400, "1 year"], [5 * 365 * 86400, "5 years"]];
 const DEFAULT_SPAN = 3600;
 const PREFERRED = ["resonance", "stiffness", "modulus_margin"];
 const SHORTEST_S = 1;
+/** One answer has no more alarms. */
+const MOST_ALARMS = 1000;
 
 /** Raw samples are had by the hour. */
 const LONGEST_RAW_S = 3600;
@@ -128,7 +130,7 @@ export function trendsPart(root, { name: axis, setQuery, serverNow }) {
     }
     const [from, to] = range;
     const kind = { row: "rows of one second", "five-minutes": "means over five minutes", hour: "hourly means", day: "daily means" }[history.resolution] ?? history.resolution;
-    say(resolution, list(history.time_s).length ? `${moment(from)} to ${moment(to)} (${duration(to - from)}), from ${kind}. Drag over a chart to zoom; the back button undoes it.`
+    say(resolution, list(history.time_s).length ? `${moment(from)} to ${stamp(to)} (${duration(to - from)}), from ${kind}. Drag over a chart to zoom; the back button undoes it.`
       : `Nothing stored between ${moment(from)} and ${moment(to)}.`);
     if (chose) say(announced, resolution.textContent);
     chose = false;
@@ -153,11 +155,12 @@ export function trendsPart(root, { name: axis, setQuery, serverNow }) {
     const mine = new AbortController();
     running = mine;
     const range = rangeNow();
+    const [from, to] = range.map((t) => t.toFixed(3));
     const points = Math.min(2000, Math.max(200, charts.clientWidth || 600));
     try {
       const [history, told] = await Promise.all([
-        get(`axes/${part(axis)}/history?figure=${what.figures.map(part).join(",")}&from=${range[0].toFixed(3)}&to=${range[1].toFixed(3)}&points=${points}`, mine.signal),
-        get(`alarms?axis=${part(axis)}&limit=200`, mine.signal)]);
+        get(`axes/${part(axis)}/history?figure=${what.figures.map(part).join(",")}&from=${from}&to=${to}&points=${points}`, mine.signal),
+        get(`alarms?axis=${part(axis)}&from=${from}&to=${to}&limit=${MOST_ALARMS}`, mine.signal)]);
       if (running !== mine) return;
       alarms = list(told.alarms);
       shown = { range, history };

@@ -72,8 +72,16 @@ export function sigmas({ change, change_std: std } = {}) {
   return isNumber(change) && isNumber(std) && std > 0 ? Math.abs(change) / std : 0;
 }
 
-export function beyondLimit({ change, limit } = {}) {
-  return isNumber(change) && isNumber(limit) && limit > 0 && Math.abs(change) > limit;
+export const hasLimit = ({ low, high } = {}) => isNumber(low) || isNumber(high);
+
+/** Whether a value lies beyond its limits, wherever the baseline does. */
+export const beyondLimit = ({ value, low, high } = {}) => isNumber(value) && ((isNumber(low) && value < low) || (isNumber(high) && value > high));
+
+/** "136.6 … 150.9 Nm/rad", "at least 0.5"; empty where there is none. */
+export function limitsText(figure, { low, high } = {}) {
+  const told = [low, high].filter(isNumber).map((x) => plain(x)).join(" … ");
+  const side = isNumber(low) && isNumber(high) ? "" : isNumber(low) ? "at least " : "at most ";
+  return told && side + told + (figure.unit ? " " + prettyUnit(figure.unit) : "");
 }
 
 /** "0.2 s", "12 s", "3 min", "5 h", "2 days". */
@@ -103,6 +111,19 @@ export function moment(seconds, withSeconds = true) {
   const day = `${d.getFullYear()}-${two(d.getMonth() + 1)}-${two(d.getDate())}`;
   return `${day} ${two(d.getHours())}:${two(d.getMinutes())}${withSeconds ? ":" + two(d.getSeconds()) : ""}`;
 }
+
+/** The reader's time zone at a time: "+01:00". */
+export function zone(seconds) {
+  const minutes = -new Date(1000 * seconds).getTimezoneOffset();
+  const size = Math.abs(minutes);
+  return `${minutes < 0 ? "-" : "+"}${two(Math.floor(size / 60))}:${two(size % 60)}`;
+}
+
+/** moment() with its zone: the service's texts may be in another one. */
+export const stamp = (seconds) => (isNumber(seconds) ? `${moment(seconds)} ${zone(seconds)}` : "–");
+
+/** The time of the day, with the date where that is not today's. */
+export const clock = (seconds, today) => (moment(seconds).slice(0, 10) === moment(today).slice(0, 10) ? moment(seconds).slice(11) : moment(seconds));
 
 /** "Maintenance until 2026-11-29 02:03"; empty where there is none. */
 export const maintenanceText = ({ maintenance_until_time_s: until }) => (isNumber(until) ? `Maintenance until ${moment(until, false)}` : "");
