@@ -9,6 +9,9 @@ namespace {
 
 constexpr std::uint64_t kBlocksBack = 16;
 constexpr double kGrown = 2.0;
+constexpr double kLoadJump = 5.0;  // standard deviations from row to row
+constexpr double kUnsure = 1.5;    // times the standard deviations, after one
+constexpr std::uint64_t kUnsureBlocks = 1;
 constexpr double kBack = 1.0 / 3.0;                   // of the change: it has gone
 constexpr std::uint64_t kMostMissedRows = 1'000'000;  // told one by one
 
@@ -38,19 +41,30 @@ expected<FigureWatch, Error> FigureWatch::create(double row_s, double block_s, d
 }
 
 void FigureWatch::step(const Row& row, const AxisAlarmSettings& settings) noexcept {
+  look_for_load_jump(row);
+  const double doubt = unsure_rows_ > 0 ? kUnsure : 1.0;
+  if (unsure_rows_ > 0) --unsure_rows_;
   for (std::size_t i = 0; i < kWatched; ++i) {
     const auto& f = row.figures[i];
     const double value = row.trusted ? f.value : online::AxisRow::kUnknown;
     auto& detector = figures_[i].detector;
     const bool known = detector.alarm();
     figures_[i].grown = false;
-    detector.step(value, f.std > 0.0 ? f.std : 1.0);
+    detector.step(value, f.std > 0.0 ? f.std : 1.0, doubt);
     if (detector.alarm() && !known) {
       figures_[i].told = std::abs(detector.change().size);
       if (figures_[i].told < settings.figures[i].least_change) detector.resume();
     }
     look_back(figures_[i], value);
   }
+}
+
+void FigureWatch::look_for_load_jump(const Row& row) noexcept {
+  const auto& [value, deviation] = row[Watched::load_torque];
+  if (!row.trusted || !std::isfinite(value)) return;
+  if (std::abs(value - load_torque_) > kLoadJump * deviation)  // false where there is no std
+    unsure_rows_ = kUnsureBlocks * static_cast<std::uint64_t>(values_back_) / kBlocksBack;
+  load_torque_ = value;
 }
 
 void FigureWatch::look_back(Watching& w, double value) const noexcept {

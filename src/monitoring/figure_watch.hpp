@@ -16,6 +16,9 @@ namespace resonid::monitoring {
 /// A change ends when the figure is back: when its mean over the newest 16 blocks differs from the baseline
 /// by less than a third of the change, and has grown when that is more than twice of what was told. One that
 /// is smaller than it must be to be told is none, and looked for on. Times go on over gaps.
+///
+/// A load torque that jumps is taken for other parameters for a moment, by more than their standard
+/// deviations say: the rows of a block's time after it are doubted (ChangeDetector::step).
 class FigureWatch {
  public:
   /// `row_s` from row to row; the others as in online::ChangeDetectorConfig.
@@ -54,9 +57,12 @@ class FigureWatch {
   };
   FigureWatch(const Detector& detector, double values_back, double false_alarm_interval_s) noexcept;
   void look_back(Watching& w, double value) const noexcept;
+  void look_for_load_jump(const Row& row) noexcept;
 
   std::array<Watching, kWatched> figures_;
-  double values_back_;  // 16 blocks of rows
+  double values_back_;             // 16 blocks of rows
+  double load_torque_ = 0.0;       // of the newest trusted row
+  std::uint64_t unsure_rows_ = 0;  // still to come, after a jump of the load's torque
   double false_alarm_interval_s_;
 };
 

@@ -81,7 +81,13 @@ class Server:
         return len(os.listdir(f"/proc/{self.process.pid}/fd"))
 
     def file_bytes(self):
-        return sum(f.stat().st_size for f in self.data.rglob("*") if f.is_file())
+        total = 0
+        for file in self.data.rglob("*"):
+            try:
+                total += file.stat().st_size if file.is_file() else 0
+            except FileNotFoundError:  # its retention is over
+                pass
+        return total
 
     def get(self, path):
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=20)

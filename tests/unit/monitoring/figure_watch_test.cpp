@@ -14,6 +14,7 @@ struct Margins {
   AxisAlarmSettings settings;
   std::mt19937_64 generator{7};
   std::normal_distribution<double> noise{0.0, 0.1};
+  double load_torque = 0.0;
 
   /// Whether a change was told at any time.
   bool run(int seconds, double shift) {
@@ -22,6 +23,7 @@ struct Margins {
       Row row;
       row.trusted = true;
       row[Watched::phase_margin] = {60.0 + shift + noise(generator), 0.1};
+      row[Watched::load_torque] = {load_torque, 0.01};
       watch.step(row, settings);
       told = told || changed();
     }
@@ -56,6 +58,19 @@ TEST(FigureWatch, TellsWhatHasGrownBeyondTheLeastChange) {
   EXPECT_FALSE(told);
   for (int step = 10; step <= 25; ++step) told = m.run(60, -0.1 * step) || told;
   EXPECT_TRUE(told);
+}
+
+TEST(FigureWatch, CountsForLessWhatComesWithAJumpOfTheLoad) {
+  for (const bool jumps : {false, true}) {
+    Margins m;
+    m.settings[Watched::phase_margin].least_change = 0.0;
+    EXPECT_FALSE(m.run(500, 0.0));
+    if (jumps) m.load_torque = 0.2;
+    // Seven standard deviations of a block for one block, and back.
+    EXPECT_EQ(m.run(4, 0.35) || m.run(40, 0.0), !jumps);
+    // What stays is found all the same.
+    EXPECT_TRUE(m.run(60, 0.5));
+  }
 }
 
 TEST(FigureWatch, TellsAChangeThatHasGrownToMoreThanTwice) {

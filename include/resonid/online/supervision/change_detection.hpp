@@ -42,8 +42,10 @@ class ChangeDetector {
   static expected<ChangeDetector, Error> create(const ChangeDetectorConfig& config) noexcept;
 
   /// One value of the figure. `standard_deviation` as the estimator tells it; only ratios between values
-  /// count, 1 when there is none.
-  void step(Real value, Real standard_deviation = Real(1)) noexcept;
+  /// count, 1 when there is none. `doubt`: by how much the block of this value counts as less sure than
+  /// others, >= 1, for what is known to disturb the estimator now and then; the baseline learns from it as
+  /// from others.
+  void step(Real value, Real standard_deviation = Real(1), Real doubt = Real(1)) noexcept;
   void reset() noexcept { *this = ChangeDetector(config_); }
   /// Takes what comes for a new baseline, keeping the time.
   void relearn() noexcept;
@@ -104,7 +106,7 @@ class ChangeDetector {
   void end_block() noexcept;
   void learn() noexcept;
   void gather(double standardised) noexcept;
-  void watch(const Block& now, const Block& before) noexcept;
+  void watch(const Block& now, const Block& before, double doubt) noexcept;
   void judge(const ChangeStatisticState& state) noexcept;
   void measure_after(std::uint64_t first) noexcept;
 
@@ -114,7 +116,7 @@ class ChangeDetector {
   LikelihoodRatio<MaxWindow> likelihood_ratio_;
   LearnedBaseline baseline_;
 
-  double sum_ = 0.0, precision_ = 0.0;  // of the running block
+  double sum_ = 0.0, precision_ = 0.0, doubt_ = 1.0;  // of the running block
   std::size_t in_block_ = 0, seen_in_block_ = 0;
   std::array<Block, MaxWindow + 1> past_{};  // ring
   std::uint64_t blocks_ = 0, learned_ = 0;

@@ -44,8 +44,9 @@ ChangeDetector<Real, MaxWindow>::ChangeDetector(const ChangeDetectorConfig& conf
 }
 
 template <class Real, std::size_t MaxWindow>
-void ChangeDetector<Real, MaxWindow>::step(Real value, Real standard_deviation) noexcept {
+void ChangeDetector<Real, MaxWindow>::step(Real value, Real standard_deviation, Real doubt) noexcept {
   ++samples_;
+  doubt_ = std::max(doubt_, static_cast<double>(doubt));
   const double x = static_cast<double>(value), sd = static_cast<double>(standard_deviation);
   const double precision = 1.0 / (sd * sd);
   if (std::isfinite(x) && sd > 0.0 && precision > 0.0 && std::isfinite(precision)) {
@@ -61,8 +62,9 @@ void ChangeDetector<Real, MaxWindow>::step(Real value, Real standard_deviation) 
 template <class Real, std::size_t MaxWindow>
 void ChangeDetector<Real, MaxWindow>::end_block() noexcept {
   const bool enough = 2 * seen_in_block_ >= block_samples_ && seen_in_block_ > 0;
-  const double sum = sum_, precision = precision_;
+  const double sum = sum_, precision = precision_, doubt = doubt_;
   sum_ = precision_ = 0.0;
+  doubt_ = 1.0;
   in_block_ = seen_in_block_ = 0;
   if (!enough || !std::isfinite(sum)) return;
   const bool watching = ready() && blocks_ > 0;
@@ -76,7 +78,7 @@ void ChangeDetector<Real, MaxWindow>::end_block() noexcept {
     return;
   }
   learn();
-  if (watching) watch(now, before);
+  if (watching) watch(now, before, doubt);
 }
 
 template <class Real, std::size_t MaxWindow>
@@ -106,8 +108,9 @@ void ChangeDetector<Real, MaxWindow>::gather(double standardised) noexcept {
 }
 
 template <class Real, std::size_t MaxWindow>
-void ChangeDetector<Real, MaxWindow>::watch(const Block& now, const Block& before) noexcept {
-  const double x = baseline_.standardised(now.mean(), before.mean(), now.precision, distance_of(before, now));
+void ChangeDetector<Real, MaxWindow>::watch(const Block& now, const Block& before, double doubt) noexcept {
+  const double x =
+      baseline_.standardised(now.mean(), before.mean(), now.precision, distance_of(before, now)) / doubt;
   const Certainty known{baseline_.shared(), baseline_.degrees()};
   judge(config_.statistic == ChangeStatistic::cusum ? cusum_.step(x, known)
                                                     : likelihood_ratio_.step(x, known));
