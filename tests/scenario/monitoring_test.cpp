@@ -257,8 +257,8 @@ TEST(Monitoring, FindsALooseningBeltNearlyAsSoonAsCanBe) {
   }
   std::sort(later.begin(), later.end());
   std::sort(bound.begin(), bound.end());
-  const auto at = [](const std::vector<double>& x, double part) {  // nearest rank
-    return x[static_cast<std::size_t>(std::ceil(part * static_cast<double>(x.size()))) - 1];
+  const auto at = [](const std::vector<double>& x, double part) {
+    return x[std::min(x.size() - 1, static_cast<std::size_t>(part * static_cast<double>(x.size())))];
   };
   std::printf(
       "%zu belts: the bound comes %.2f s (95 %%: %.2f s) after the change, the alarm %.2f s (95 %%: %.2f s) "
