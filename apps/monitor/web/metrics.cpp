@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "monitor/web/metrics.hpp"
 
+#include <fmt/compile.h>
 #include <fmt/format.h>
 
 #include <array>
@@ -8,6 +9,7 @@
 #include <iterator>
 #include <numbers>
 #include <string_view>
+#include <utility>
 
 namespace resonid::monitor::web {
 namespace {
@@ -48,6 +50,7 @@ std::string label(std::string_view text) {
 /// Writes families one after the other; a family without any sample leaves no trace.
 class Exposition {
  public:
+  explicit Exposition(std::size_t axes) { text_.reserve((axes + 4) * kAxisBytes); }
   void family(std::string_view name, std::string_view type, std::string_view help) {
     name_ = name;
     type_ = type;
@@ -56,31 +59,25 @@ class Exposition {
   }
   /// `labels` as axis="x",side="load", or empty. What is not a number is left out.
   void sample(std::string_view labels, double value) {
-    if (!std::isfinite(value)) return;
-    begin();
-    write(labels);
-    fmt::format_to(std::back_inserter(text_), "{}\n", value);
+    if (std::isfinite(value)) write(labels, value);
   }
-  void sample(std::string_view labels, std::uint64_t value) {
-    begin();
-    write(labels);
-    fmt::format_to(std::back_inserter(text_), "{}\n", value);
-  }
-  [[nodiscard]] std::string text() const { return fmt::to_string(text_); }
+  void sample(std::string_view labels, std::uint64_t value) { write(labels, value); }
+  [[nodiscard]] std::string text() && { return std::move(text_); }
 
  private:
-  void begin() {
+  static constexpr std::size_t kAxisBytes = 2560;  ///< About what an axis takes: the text grows in place.
+  template <typename Value>
+  void write(std::string_view labels, Value value) {
     if (!begun_)
       fmt::format_to(std::back_inserter(text_), "# HELP {0} {1}\n# TYPE {0} {2}\n", name_, help_, type_);
     begun_ = true;
-  }
-  void write(std::string_view labels) {
-    text_.append(name_);
-    if (!labels.empty()) fmt::format_to(std::back_inserter(text_), "{{{}}}", labels);
-    text_.push_back(' ');
+    text_ += name_;
+    if (!labels.empty()) (text_ += '{').append(labels) += '}';
+    char number[40];  // tens of thousands in an answer
+    text_.append(number, fmt::format_to(number, FMT_COMPILE(" {}\n"), value));
   }
 
-  fmt::memory_buffer text_;
+  std::string text_;
   std::string name_, type_, help_;  // copies: what is written comes later
   bool begun_ = false;
 };
@@ -150,7 +147,7 @@ std::string metrics_text(const std::vector<AxisStatus>& axes, const std::vector<
                          const ServiceStatus& status, const WebCounts& web) {
   std::vector<std::string> labels;
   for (const auto& axis : axes) labels.push_back(fmt::format("axis=\"{}\"", label(axis.name)));
-  Exposition to;
+  Exposition to(axes.size());
   to.family("resonid_build_info", "gauge", "Version of the program.");
   to.sample(fmt::format("version=\"{}\"", label(status.version)), std::uint64_t{1});
   to.family("resonid_start_time_seconds", "gauge", "When the service started, UNIX time.");
@@ -261,7 +258,7 @@ std::string metrics_text(const std::vector<AxisStatus>& axes, const std::vector<
   to.sample("", web.frames);
   to.family("resonid_http_frames_skipped_total", "counter", "Frames left out for slow clients.");
   to.sample("", web.skipped_frames);
-  return to.text();
+  return std::move(to).text();
 }
 
 }  // namespace resonid::monitor::web
