@@ -48,7 +48,7 @@ sanitize:      ## All short tests under clang's address and undefined-behaviour 
 
 fuzz:          ## Made-up input for every reader, FUZZ_SECONDS each (an hour).
 	tools/install_packages build test ci
-	FUZZ_SECONDS=$${FUZZ_SECONDS:-3600} FUZZ_SEED=$${FUZZ_SEED:-0} tools/fuzz csv mat experiment controller frame http result snapshot
+	FUZZ_SECONDS=$${FUZZ_SECONDS:-3600} FUZZ_SEED=$${FUZZ_SEED:-0} tools/fuzz csv mat experiment controller frame http result snapshot monitor_configuration
 
 bench:         ## Run the benchmarks, optimised; fails below the floors of bench/floors.json.
 	tools/install_packages build test bench

@@ -87,7 +87,7 @@ void run_demo(const MonitorVerbOptions& o) {
   auto installation = monitor::demo_installation(o.data.empty() ? temporary.emplace().path() : o.data,
                                                  o.speed.value_or(1.0), RESONID_VERSION);
   listen_at(installation, o.listen.empty() ? kUsualAddress : o.listen);
-  run_service(std::move(installation));
+  run_service(std::move(installation), "#/axis/belt");
 }
 
 /// Without --rows the page stays; with it the program ends with the recording.
@@ -109,8 +109,12 @@ void run_replay(monitor::Replay replay, const MonitorVerbOptions& o) {
   service->stop();
   if (!ends) return;
   if (signal != 0) throw InterruptedError(signal);
+  if (rows->rows() == 0)  // a file of that name stays as it was
+    throw InputError(
+        fmt::format("no rows: the recording ended before anything could be followed ({}); a "
+                    "longer one is required",
+                    service->backend().axes(0).axes.front().why));
   rows->finish();
-  if (rows->rows() == 0) throw InputError("no rows: " + service->backend().axes(0).axes.front().why);
   if (!quiet) print_summary(replay_text(service->backend(), path, rows->rows()));
 }
 

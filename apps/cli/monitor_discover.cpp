@@ -190,7 +190,8 @@ void add_discover_options(CLI::App& verb, DiscoverOptions& o) {
       ->type_name("URL");
   add_number(verb, "--seconds", o.seconds, "S", "how long it looks")->capture_default_str();
   verb.add_option("--password-file", o.password_file,
-                  "file whose first line is the password; without USER, of NATS, the .creds file")
+                  "file whose first line is the password; without USER, for NATS, a token or the .creds "
+                  "file")
       ->type_name("FILE");
   verb.add_option("--ca-file", o.ca_file, "certificates that an mqtts broker's is checked against (PEM)")
       ->type_name("FILE");
@@ -228,7 +229,10 @@ void run_discover(const DiscoverOptions& o) {
   const auto found = discovered(place, o.seconds, [] { return !is_interrupted(); });
   if (!found) throw InputError(fmt::format("--discover {}: {}", o.url, message_of(found.error())));
   if (found->empty())
-    throw InputError(fmt::format("--discover {}: nothing came within {:g} s", o.url, o.seconds));
+    throw InputError(
+        fmt::format("--discover {}: no samples came within {:g} s; required CSV, JSON, line "
+                    "protocol or frames",
+                    o.url, o.seconds));
   const auto sources = monitor::sources_of(*found, place.where);
   if (sources.streams.empty()) {
     print_error(table_text(*found));

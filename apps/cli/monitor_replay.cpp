@@ -134,7 +134,7 @@ void ReplayRows::finish() {
 std::string replay_text(const monitor::web::Backend& backend, const std::string& rows_path,
                         std::size_t rows) {
   constexpr std::uint32_t kMostAlarms = 1000;
-  auto alarms = backend.alarms({monitor::web::AlarmFilter::all, "", kMostAlarms});
+  auto alarms = backend.alarms({monitor::web::AlarmFilter::all, "", kMostAlarms}).value();
   std::stable_sort(alarms.begin(), alarms.end(),
                    [](const auto& a, const auto& b) { return a.raised_time_s < b.raised_time_s; });
   std::string text = fmt::format("{} rows written to {}\n", rows, rows_path);

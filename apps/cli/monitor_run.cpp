@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "monitor_run.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <malloc.h>
 #include <pthread.h>
+#include <spawn.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <ctime>
 #include <filesystem>
 #include <resonid/base/error_text.hpp>
@@ -63,6 +67,28 @@ void bound_heap() {
 #ifdef M_ARENA_MAX
   mallopt(M_ARENA_MAX, 2);
 #endif
+}
+
+/// Where a person sits at a desktop; whoever cannot has the address.
+void open_in_browser(const std::string& url) {
+  if (output_settings().quiet || !is_screen(STDOUT_FILENO)) return;
+  if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr) return;
+  posix_spawn_file_actions_t silent;
+  posix_spawn_file_actions_init(&silent);
+  for (const int stream : {STDOUT_FILENO, STDERR_FILENO})
+    posix_spawn_file_actions_addopen(&silent, stream, "/dev/null", O_WRONLY, 0);
+  posix_spawnattr_t own;  // its own group and signals: Ctrl-C ends the service alone
+  posix_spawnattr_init(&own);
+  posix_spawnattr_setflags(&own, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK);
+  sigset_t none;
+  sigemptyset(&none);
+  posix_spawnattr_setsigmask(&own, &none);
+  std::string program = "xdg-open", argument = url;
+  char* const arguments[] = {program.data(), argument.data(), nullptr};
+  pid_t child = 0;
+  static_cast<void>(::posix_spawnp(&child, program.c_str(), &silent, &own, arguments, environ));
+  posix_spawnattr_destroy(&own);
+  posix_spawn_file_actions_destroy(&silent);
 }
 
 /// A service that can take over another configuration.
@@ -158,9 +184,10 @@ std::unique_ptr<monitor::Service> started(monitor::Installation installation, bo
   return std::move(*service);
 }
 
-void run_service(monitor::Installation installation) {
+void run_service(monitor::Installation installation, std::string_view place) {
   const sigset_t signals = block_signals();
   const auto service = started(std::move(installation), output_settings().quiet);
+  open_in_browser(fmt::format("{}{}", service->url(), place));
   monitor::notify("READY=1");
   static_cast<void>(wait_for_signal(signals, watchdog_pace_s(), *service));
   monitor::notify("STOPPING=1");

@@ -24,8 +24,8 @@ namespace resonid::cli {
 /// A service that runs; its address is told.
 [[nodiscard]] std::unique_ptr<monitor::Service> started(monitor::Installation installation, bool quiet);
 
-/// Until one of the signals ends it.
-void run_service(monitor::Installation installation);
+/// Until one of the signals ends it. On a desktop a browser opens at a place of the page.
+void run_service(monitor::Installation installation, std::string_view place);
 
 /// A configuration file, and what the command line says instead of it.
 struct ConfiguredRun {

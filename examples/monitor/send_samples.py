@@ -69,6 +69,8 @@ def measure(sample):
 
 
 def main():
+    if len(sys.argv) != 5:
+        sys.exit("required: send_samples.py HOST PORT AXIS FRAMES")
     host, port, axis, frames = sys.argv[1], int(sys.argv[2]), sys.argv[3], int(sys.argv[4])
     end, done = SAMPLES * frames, 0
     while done < end:

@@ -82,6 +82,11 @@ class AxisMonitor {
   [[nodiscard]] std::uint64_t next_sample() const noexcept { return next_; }
   /// Id of the newest action that was taken; 0: none was.
   [[nodiscard]] std::uint64_t last_action() const noexcept { return last_action_; }
+  /// Ids go on after this one: those of a former axis of this name, which this one does not know, change
+  /// nothing.
+  void count_actions_after(std::uint64_t id) noexcept {
+    last_action_ = id > last_action_ ? id : last_action_;
+  }
   [[nodiscard]] const AxisSpec& spec() const noexcept { return spec_; }
   [[nodiscard]] const Row& row() const noexcept { return facts_.row; }  ///< The newest one.
   [[nodiscard]] const AlarmFacts& facts() const noexcept { return facts_; }

@@ -116,6 +116,7 @@ export class Simulation {
     this.without = new Set(["lift-3"]); // a baseline's response
     this.pause = 0;
     this.keepsFigures = false; // of before, while an axis learns
+    this.tellsFigures = true; // while an axis learns
     this.addAlarms();
   }
 
@@ -164,6 +165,7 @@ export class Simulation {
     const state = this.stateOf(name);
     const figures = {};
     for (const f of FIGURES) {
+      if (state.state === "learning" && !this.tellsFigures) continue;
       if (state.verdict === "not-excited" && !["resonance_hz", "stiffness"].includes(f)) continue;
       const std = this.stdOf(f, values);
       const value = values[f] + 0.6 * std * normal(`${name}${f}${Math.floor(2 * t)}`);
@@ -174,8 +176,8 @@ export class Simulation {
     const mine = [...this.alarms.values()].filter((a) => a.axis === name && !a.shelved && !a.suppressed);
     const active = mine.filter((a) => a.active);
     const open = mine.filter((a) => !a.acknowledged);
-    const told = mine.filter((a) => a.active || !a.acknowledged);
-    const worst = [...open, ...active][0];
+    const told = mine.filter((a) => a.active || !a.acknowledged || a.latched);
+    const worst = [...open, ...active, ...told][0];
     const n = Math.round((now - this.start + 3600) * 1000);
     return {
       name, ...state, time_s: this.timeOf(name, now), motion: name === "gantry-y" ? "linear" : "rotary", age_s: this.ageOf(name, now), latency_s: 0.04 + 0.03 * uniform(name + "l"), rate_hz: 1000, sample: n, maintenance_until_time_s: this.maintained.get(name), ...(worst ? { worst_alarm: { severity: worst.severity, text: worst.text } } : {}),
@@ -346,7 +348,7 @@ export async function startServer({ axes = 12, token = null, readToken = false, 
   const sent = []; // alarm events by id
   let id = 0;
   let down = false;
-  const limits = { streams: Infinity };
+  const limits = { streams: Infinity, failing: null }; // reads whose address is like the latter fail
   const readsWith = readToken === true ? token : readToken || null;
 
   const write = (stream, name, data) => stream.response.write(`id: ${id}\nevent: ${name}\ndata: ${JSON.stringify(data)}\n\n`);
@@ -455,6 +457,7 @@ export async function startServer({ axes = 12, token = null, readToken = false, 
         request.on("close", () => streams.delete(stream));
         return undefined;
       }
+      if (limits.failing?.test(request.url)) throw fault(503, "the store is busy", "store");
       if (/^(evidence\.csv|raw)$/.test(parts[2] ?? "")) return reply(200, "text/csv", "t,ru,u,y\n0,0,0,0\n");
       if (parts[2] === "report.html") return reply(200, "text/html", "<!doctype html><html lang=en><title>report</title><h1>identify</h1>");
       log.queries.push(request.url);

@@ -120,6 +120,52 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
     noTrouble();
   });
 
+  test("a reason of several lines is sent as one, and the focus stays with the alarm", async () => {
+    await visit("#/alarms");
+    await says('[data-alarm="1"] .what', /belt-1: Stiffness fell/);
+    await press("Acknowledge");
+    await answer({ who: "Kim", reason: "seen,\nbelt is ordered" });
+    await says("#notices", /^Acknowledged: Stiffness fell/);
+    assert.deepEqual(server.log.posts[0].body, { who: "Kim", reason: "seen, belt is ordered" });
+    await says('[data-alarm="1"] .small', /active, acknowledged/);
+    assert.equal(await page.evaluate(() => document.activeElement.closest("[data-alarm]")?.dataset.alarm), "1");
+    noTrouble();
+  });
+
+  test("an answer that failed is told, and asked for again", async () => {
+    await visit("#/status");
+    server.limits.failing = /\/alarms/;
+    await page.goto(`${server.url}#/alarms`);
+    await page.reload();
+    await says(".error", /^The alarms could not be loaded: the store is busy$/);
+    assert.doesNotMatch(await text("main"), /No alarm is open/);
+    server.limits.failing = null;
+    await says(".alarm-list", /belt-1: Stiffness fell/);
+    await says(".error", /^$/);
+    server.limits.failing = /\/history/;
+    const then = server.simulation.start - 7200;
+    await page.evaluate((where) => { location.hash = where; }, `#/axis/lift-3?f=stiffness&from=${then}&to=${then + 600}`);
+    await says(".trend-box .error", /^Trends could not be loaded: the store is busy$/);
+    server.limits.failing = null;
+    await page.waitForSelector(".trends canvas");
+    await says(".trend-box .error", /^$/);
+    server.limits.failing = /\/axes$/;
+    await page.goto(`${server.url}#/?q=gantry-y`);
+    await page.reload();
+    await page.waitForSelector(row("gantry-y"));
+    server.limits.failing = null;
+    await says(`${row("gantry-y")} .values`, /Stiffness [\d.]+ ± [\d.]+ N\/m/);
+    assert.ok(troubles.every((t) => /503/.test(t)), troubles.join("\n"));
+  });
+
+  test("an alarm that is over asks for nothing", async () => {
+    await visit("#/alarms?state=all");
+    server.raise({ id: 17, axis: "lift-3", alarm: "gap", severity: "low", active: false, acknowledged: true, text: "Gap rose", raised_time_s: 1.79e9, cleared_time_s: 1.791e9 });
+    await says('[data-alarm="17"]', /cleared, acknowledged; raised/);
+    assert.equal(await page.$('[data-alarm="17"] button'), null);
+    noTrouble();
+  });
+
   test("an alarm is shelved for a time, and unshelved", async () => {
     await visit("#/alarm/1");
     await page.emulateTimezone("Asia/Kolkata");
@@ -284,6 +330,42 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
     await page.waitForFunction(() => document.querySelectorAll(".trends h3").length === 1);
     await page.goBack();
     await says(".trend-box .explain", /\(10 min\)/);
+    noTrouble();
+  });
+
+  test("times that are written stay until they are shown", async () => {
+    await visit("#/axis/belt-1?span=600&f=stiffness");
+    await page.waitForSelector(".trends canvas");
+    const fields = () => page.$$eval(".trend-box input", (all) => all.map((e) => e.value));
+    const wanted = await page.evaluate(async (start) => {
+      const { toInput } = await import("./words.js");
+      return [270000, 266400].map((back) => toInput(start - back));
+    }, server.simulation.start);
+    await page.$$eval(".trend-box input", (all, values) => all.forEach((e, i) => {
+      e.value = values[i];
+      e.dispatchEvent(new Event("input"));
+    }), wanted);
+    const asked = () => server.log.queries.filter((q) => q.includes("/history")).length;
+    const before = asked();
+    while (asked() < before + 2) await sleep(100);
+    assert.deepEqual(await fields(), wanted);
+    await press("Show");
+    await says(".trend-box .explain", new RegExp(`^${wanted[0].replace("T", " ")}.* to ${wanted[1].replace("T", " ")} `));
+    await press("1 h");
+    await page.waitForFunction((then) => document.querySelector(".trend-box input").value > then, {}, wanted[1]);
+    noTrouble();
+  });
+
+  test("the past of an axis is there while it learns", async () => {
+    await visit();
+    server.simulation.tellsFigures = false;
+    await page.goto(`${server.url}#/axis/palletizer-9`);
+    await page.reload();
+    await page.waitForSelector(".trends canvas");
+    assert.deepEqual(await texts(".trends h3"), ["Resonance", "Stiffness", "Modulus margin"]);
+    assert.equal((await page.$$(".figures-table tbody tr")).length, 0);
+    await page.evaluate(() => { location.hash += "?f=stiffness&from=1000&to=2000"; });
+    await says(".trend-box .explain", /^Nothing stored between 19\d\d-/);
     noTrouble();
   });
 
@@ -632,6 +714,27 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
     });
     assert.ok(Math.abs(model.latency - 0.11) < 1e-6, `${model.latency}: 60 ms to the frame and 50 ms on the way`);
     assert.deepEqual({ ...model, latency: 0 }, { latency: 0, figure: { value: null, std: null, baseline: 6, low: 2, change: 1, change_std: null }, worst: null, age: 2.06, fresh: false, silent: true, old: false, stale: true });
+  });
+
+  test("clocks that are set, and baselines and limits that go, are followed", async () => {
+    await visit();
+    const told = await page.evaluate(async () => {
+      const { Fleet } = await import("./model.js");
+      const fleet = new Fleet();
+      fleet.frame({ time_s: 1000, axes: { a: { state: "following", sample: 1, age_s: 0.05, figures: {} } } }, 0, 2000);
+      const unknown = fleet.axes.get("a").seen_latency_s;
+      const offsets = [[1000, 2000, 2000.002], [1000, 2000, 2000.4], [4600, 2000, 2000.4]].map((times) => {
+        fleet.calibrate(...times);
+        return Math.round(10 * fleet.offset.s) / 10;
+      });
+      const axis = { name: "a", motion: "rotary", state: "following", sample: 1, age_s: 0.05 };
+      fleet.replace([{ ...axis, figures: { stiffness: { value: 5, baseline: 6, low: 2, high: 8 } } }], 0);
+      fleet.frame({ time_s: 4600, axes: { a: { state: "following", sample: 2, age_s: 0.05, figures: { stiffness: { value: 5 } } } } }, 1, 2000);
+      const kept = { ...fleet.axes.get("a").figures.stiffness };
+      fleet.replace([{ ...axis, state: "learning", figures: {} }], 2);
+      return { unknown, offsets, kept: [kept.baseline, kept.low], gone: Object.values(fleet.axes.get("a").figures.stiffness) };
+    });
+    assert.deepEqual(told, { unknown: 0.05, offsets: [-1000, -1000, 2599.8], kept: [6, 2], gone: [null, null, null, null, null, null, null] });
   });
 
   test("the baseline's loop follows from the response and the loop of now", async () => {

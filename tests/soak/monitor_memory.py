@@ -89,11 +89,14 @@ class Server:
                 pass
         return total
 
-    def get(self, path):
+    def get(self, path, expected=(200,)):
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=20)
         connection.request("GET", path)
-        body = connection.getresponse().read()
+        answer = connection.getresponse()
+        body = answer.read()
         connection.close()
+        if answer.status not in expected:
+            raise SystemExit(f"monitor_memory: GET {path} is answered with {answer.status}: {body[:300]!r}")
         return body
 
     def post(self, path, value):
@@ -121,9 +124,11 @@ class Server:
 
 def use(server):
     """What a person and a scraper do: a page for a second, figures, history, alarms."""
-    for path in ("/", "/metrics", "/api/v1/axes", "/api/v1/axes/demo", "/api/v1/axes/demo/response",
-                 "/api/v1/axes/demo/history?figure=resonance&points=500", "/api/v1/audit", "/api/v1/no"):
+    for path in ("/", "/metrics", "/api/v1/axes", "/api/v1/axes/demo", "/api/v1/axes/demo/history?figure=resonance_hz&points=500",
+                 "/api/v1/audit"):
         server.get(path)
+    server.get("/api/v1/axes/demo/response", (200, 503))  # there is none before it has learned
+    server.get("/api/v1/no", (404,))
     for alarm in json.loads(server.get("/api/v1/alarms"))["alarms"][:3]:
         server.post(f"/api/v1/alarms/{alarm['id']}/acknowledge", {"who": "soak", "reason": "seen"})
     if server.look_at_stream(1.0) == 0:

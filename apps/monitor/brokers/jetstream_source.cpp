@@ -40,7 +40,7 @@ class JetStreamSource final : public BrokerSource {
   ~JetStreamSource() override { JetStreamSource::stop(); }
 
   [[nodiscard]] std::string_view promise() const noexcept override {
-    return "nothing, as long as the stream keeps what is not yet acknowledged; nothing comes twice";
+    return "Nothing is lost, as long as the stream keeps what is not yet acknowledged; nothing comes twice.";
   }
 
  private:

@@ -32,7 +32,8 @@ struct MqttSettings {
 /// A connection to an MQTT broker, made again whenever it is lost, on a thread of its own.
 ///
 /// A QoS 1 message is acknowledged after `message` has returned, not before: the thread writes only between
-/// two calls of it. Handlers run on that thread.
+/// two calls of it. Handlers run on that thread. With TLS the process must ignore SIGPIPE: the library writes
+/// to connections that the broker has closed.
 class MqttClient {
  public:
   struct Handlers {

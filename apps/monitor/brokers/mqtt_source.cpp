@@ -29,9 +29,8 @@ class MqttSource final : public CountingSource {
     client_.stop();
   }
   [[nodiscard]] std::string_view promise() const noexcept override {
-    return "nothing, as long as the broker keeps the session and its queue has room; what comes twice is "
-           "left out "
-           "where samples have an index";
+    return "Nothing is lost, as long as the broker keeps the session and its queue has room; what comes "
+           "twice is left out where samples have an index.";
   }
 
  private:

@@ -24,8 +24,8 @@ class NatsSource final : public BrokerSource {
   ~NatsSource() override { NatsSource::stop(); }
 
   [[nodiscard]] std::string_view promise() const noexcept override {
-    return "what is sent while the process or the connection is down, and what waits in memory when it is "
-           "killed";
+    return "What is sent while the process or the connection is down, and what waits in memory when it is "
+           "killed, is lost.";
   }
 
  private:

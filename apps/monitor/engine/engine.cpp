@@ -27,9 +27,11 @@ using std::chrono::duration;
 
 constexpr double kNs = 1e9;
 constexpr std::size_t kMostSamples = 4096;  // of an axis before the next axis has its turn
+constexpr double kOverdue = 3.0;            // samples
 constexpr auto kIdle = std::chrono::milliseconds(2);
 constexpr auto kHandOver = std::chrono::milliseconds(50);
 constexpr std::size_t kMostActions = 1000;  // that wait for an axis
+constexpr std::uint64_t kFirstPlace = 1;    // among those that wait to learn
 constexpr int kLearningNice = 5;            // learning may wait, following may not
 
 std::string local_time_text(std::int64_t ns) {
@@ -38,6 +40,10 @@ std::string local_time_text(std::int64_t ns) {
 }
 
 }  // namespace
+
+double stale_after_s(const EngineOptions& options, double sample_rate_hz) {
+  return std::max(options.stale_s, kOverdue / sample_rate_hz);
+}
 
 std::int64_t now_ns() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(
@@ -82,6 +88,10 @@ class Engine::Impl {
   void stop(double drain_s) {
     if (threads_.empty()) return;
     drain_until_ = Clock::now() + seconds(drain_s);
+    ending_.store(true);
+    for (auto& slot : slots_) {  // what was promised is in its list
+      const std::scoped_lock lock(slot->asked_mutex);
+    }
     stopping_.store(true);
     { const std::scoped_lock lock(learning_mutex_); }
     learning_.notify_all();
@@ -107,6 +117,7 @@ class Engine::Impl {
   expected<void, Error> act(std::size_t axis, Told told, std::optional<double> seconds_from_now) {
     Slot& s = *slots_[axis];
     const std::scoped_lock lock(s.asked_mutex);
+    if (ending_.load()) return tl::unexpected(Error{"action", "the service is ending; try again later"});
     if (s.asked.size() >= kMostActions)
       return tl::unexpected(Error{"action", "the axis has too many actions to take in; try again later"});
     s.asked.push_back({std::move(told), seconds_from_now});
@@ -207,6 +218,7 @@ class Engine::Impl {
 
   void work(Worker& worker) {
     while (true) {
+      const bool stopping = stopping_.load();  // all that was asked before has its turn once more
       const auto begin = Clock::now();
       std::size_t taken = 0;
       worker.begun.store(begin);
@@ -214,7 +226,6 @@ class Engine::Impl {
         taken += advance(i, begin);
         worker.begun.store(Clock::now());
       }
-      const bool stopping = stopping_.load();
       const bool drained = taken == 0 || begin > drain_until_;
       if (stopping && drained) break;
       hand_over(worker, begin, false);
@@ -232,12 +243,12 @@ class Engine::Impl {
     Slot& s = *slots_[index];
     if (s.learning.load(std::memory_order_acquire)) {
       if (!waits_too_long(s, now) || !withdraw(s)) return 0;
-      act_as_service(s, {0, ActionKind::gather});
-      s.snapshot_useful = true;  // which lets go of the samples of the stretch
-      s.snapshot_due = now;
+      gather_anew(s, now);
     }
     release(s);
     if (s.monitor.phase() == Phase::learning && gathered_then(s)) take_actions(s);
+    // Nobody learns any more: what a person did would be lost.
+    if (s.monitor.phase() == Phase::learning && stopping_.load() && is_asked(s)) gather_anew(s, now);
     if (s.monitor.phase() == Phase::learning) {
       begin_learning(s, now);
       return 0;
@@ -293,12 +304,17 @@ class Engine::Impl {
   }
 
   void begin_learning(Slot& s, Clock::time_point now) {
-    publish(s, false);  // which cannot be while it waits
     s.waits_since = now;
+    publish(s, false, true);
     s.learning.store(true, std::memory_order_release);
     {
       const std::scoped_lock lock(learning_mutex_);
-      if (s.place == 0) s.place = ++places_;  // who gathered anew keeps it
+      // Who repeats what a former process did comes first, as it cannot take newer samples instead; who
+      // gathered anew keeps its place.
+      if (!s.replayed.empty())
+        s.place = kFirstPlace;
+      else if (s.place == 0)
+        s.place = ++places_;
       const auto after = std::find_if(to_learn_.begin(), to_learn_.end(),
                                       [&s](const Slot* other) { return other->place > s.place; });
       to_learn_.insert(after, &s);
@@ -306,9 +322,22 @@ class Engine::Impl {
     learning_.notify_one();
   }
   [[nodiscard]] bool waits_too_long(const Slot& s, Clock::time_point now) const {
+    // A former process learned here: actions of its that follow would not count behind another one.
+    if (!s.replayed.empty()) return false;
+    if (is_asked(s) && stopping_.load()) return true;
     // Beyond that there may be no room for the longest message.
-    return s.ring->end() - s.ring->read() > s.ring->settings().capacity / 2 &&
+    const bool fills = s.ring->end() - s.ring->read() > s.ring->settings().capacity / 2;
+    return (fills || is_asked(s)) &&
            duration<double>(now - s.waits_since).count() >= options_.learning_patience_s;
+  }
+  /// Whether a person's actions wait, which can be taken in now.
+  [[nodiscard]] static bool is_asked(const Slot& s) {
+    return s.has_asked.load(std::memory_order_acquire) && s.replayed.empty();
+  }
+  void gather_anew(Slot& s, Clock::time_point now) {
+    act_as_service(s, {0, ActionKind::gather});
+    s.snapshot_useful = true;  // which lets go of the samples of the stretch
+    s.snapshot_due = now;
   }
   /// Whether it was still waiting.
   [[nodiscard]] bool withdraw(Slot& s) {
@@ -333,6 +362,7 @@ class Engine::Impl {
       Slot& s = *to_learn_.front();
       to_learn_.pop_front();
       lock.unlock();
+      publish(s, false);  // it waits no more
       s.monitor.learn();
       // Who needs more samples keeps it: the sooner some are done, the sooner there is time for the others.
       if (s.monitor.phase() != Phase::gathering) s.place = 0;
@@ -387,12 +417,13 @@ class Engine::Impl {
     const auto lasts = [now](Clock::time_point since, double seconds) {
       return duration<double>(now - since).count() >= seconds;
     };
-    s.silent = lasts(s.progress, options_.stale_s);
+    const double stale_s = stale_after_s(options_, s.monitor.spec().sample_rate_hz);
+    s.silent = lasts(s.progress, stale_s);
     if (s.silent) s.silent_until = now;
     if (!s.replayed.empty() || s.monitor.phase() == Phase::learning) return;
     const bool told = s.monitor.facts().stale;
     const double longest_s =
-        s.monitor.next_sample() > 0 ? options_.stale_s : std::max(options_.stale_s, options_.first_sample_s);
+        s.monitor.next_sample() > 0 ? stale_s : std::max(stale_s, options_.first_sample_s);
     if (!told && lasts(s.progress, longest_s + rule.on_delay_s)) {
       s.reminded = now;
       act_as_service(s, {0, ActionKind::stop});
@@ -477,12 +508,14 @@ class Engine::Impl {
     s.results.snapshot = Results::Snapshot{restored, s.ring->position_of(restored), std::move(bytes)};
   }
 
-  void publish(Slot& s, bool with_curve) {
+  /// By whoever has the axis: its worker, or a learner meanwhile.
+  void publish(Slot& s, bool with_curve, bool waits_to_learn = false) {
     const auto now = Clock::now();
     s.publish_due = now + seconds(options_.publish_every_s);
     auto live = std::make_shared<LiveAxis>();
     const auto& m = s.monitor;
     live->phase = m.phase();
+    live->waits_to_learn = waits_to_learn;
     live->reason = m.reason();
     live->next_sample = m.next_sample();
     live->newest_ns = s.newest_ns;
@@ -540,14 +573,14 @@ class Engine::Impl {
   std::vector<std::unique_ptr<Slot>> slots_;
   std::vector<std::unique_ptr<Worker>> workers_;
   std::vector<std::thread> threads_;
-  std::atomic<bool> stopping_{false}, without_store_{false};
+  std::atomic<bool> ending_{false}, stopping_{false}, without_store_{false};
   Clock::time_point drain_until_{}, started_{};
   std::atomic<std::uint64_t> revision_{0};
   std::atomic<std::int64_t> busy_ns_{0};
   std::mutex learning_mutex_;
   std::condition_variable learning_;
   std::deque<Slot*> to_learn_;  // by their places
-  std::uint64_t places_ = 0;
+  std::uint64_t places_ = kFirstPlace;
 };
 
 Engine::Engine(std::vector<Axis> axes, EngineOptions options)

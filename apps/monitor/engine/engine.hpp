@@ -21,6 +21,7 @@ namespace resonid::monitor {
 struct LiveAxis {
   std::uint64_t revision = 0;  ///< Counts what was published of all axes.
   monitoring::Phase phase = monitoring::Phase::gathering;
+  bool waits_to_learn = false;    ///< While `learning`: its turn is still to come.
   std::string reason;             ///< Why nothing is followed, or not trusted.
   std::uint64_t next_sample = 0;  ///< All before it are in what stands here.
   std::int64_t newest_ns = 0;     ///< UNIX, of the newest sample; 0: none yet.
@@ -76,10 +77,11 @@ struct EngineOptions {
   std::size_t workers = 0;         ///< Threads that follow axes; 0: one per core.
   std::size_t learners = 0;        ///< Threads that learn, behind the others; 0: one per two cores.
   double snapshot_every_s = 10.0;  ///< Of each axis; sooner where its ring fills.
-  double stale_s = 3.0;            ///< Without samples for so long an axis is stale.
+  double stale_s = 3.0;            ///< Without samples for so long an axis is stale (stale_after_s()).
   double first_sample_s = 60.0;    ///< The same before its very first one: who watches may come first.
-  /// An axis that has waited for its turn to learn for so long, and whose ring is half full, takes newer
-  /// samples instead of making its source wait.
+  /// An axis that has waited for its turn to learn for so long gathers newer samples instead where its ring
+  /// is half full, whose source would have to wait, or where a person did something, which counts between
+  /// samples.
   double learning_patience_s = 2.0;
   double publish_every_s = 0.05, curve_every_s = 0.5;
   /// How a UNIX time in ns is written in the texts of alarms; empty: as local date and time.
@@ -115,7 +117,9 @@ class Engine {
   /// While snapshots cannot be stored the rings go on without.
   void keep_going(bool without_store);
 
-  /// An action of a person, from the next sample on. Refused where it cannot be now. For any thread.
+  /// An action of a person, from the next sample on; what the state does not allow then changes nothing.
+  /// Refused (field "action") where 1000 wait for that axis already, or the engine ends. `seconds`: of
+  /// shelving or maintenance, from that sample on. For any thread.
   [[nodiscard]] expected<void, Error> act(std::size_t axis, monitoring::ActionKind kind,
                                           monitoring::AlarmId alarm, std::optional<double> seconds,
                                           std::string who, std::string reason);
@@ -131,6 +135,9 @@ class Engine {
   class Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// Without samples for so long an axis of this rate is stale: three of them at least are overdue.
+[[nodiscard]] double stale_after_s(const EngineOptions& options, double sample_rate_hz);
 
 /// UNIX time, ns.
 [[nodiscard]] std::int64_t now_ns();

@@ -19,20 +19,17 @@ enum class Fault : std::uint8_t {
   size,     ///< Longer than the limits.
   axis,     ///< No such axis.
   columns,  ///< A column that the axis needs is not there.
-  rate,     ///< The told rate is not that of the axis.
+  rate,     ///< The told rate, or the one that is found, is not that of the axis.
   value,    ///< Runs of values that are no finite numbers.
   clock,    ///< The sender's time jumps.
   order,    ///< Samples that come after later ones, or far ahead of what is due.
-  restart,  ///< The sender counts its samples from the beginning again.
-  scale,    ///< Values are not in the units that were told.
-  sign,     ///< A signal is reversed.
+  restart   ///< The sender counts its samples from the beginning again.
 };
-inline constexpr std::size_t kFaults = 11;
+inline constexpr std::size_t kFaults = 9;
 inline constexpr EnumName<Fault> kFaultNames[] = {
     {Fault::format, "format"},   {Fault::size, "size"},   {Fault::axis, "axis"},
     {Fault::columns, "columns"}, {Fault::rate, "rate"},   {Fault::value, "value"},
-    {Fault::clock, "clock"},     {Fault::order, "order"}, {Fault::restart, "restart"},
-    {Fault::scale, "scale"},     {Fault::sign, "sign"}};
+    {Fault::clock, "clock"},     {Fault::order, "order"}, {Fault::restart, "restart"}};
 [[nodiscard]] constexpr std::span<const EnumName<Fault>> enum_names(Fault) noexcept { return kFaultNames; }
 
 /// The beginning of foreign bytes as they may stand in a message: UTF-8 without control characters, at most

@@ -49,14 +49,14 @@ struct SampleCounters {
   std::atomic<std::uint64_t> lost{0};  ///< Came and could not be used, or were lost on the way by a source.
 };
 
-/// Takes what arrives for one axis into its ring: columns become channels, doubles are left out, gaps of up
-/// to a second are filled with missing samples and longer ones skipped. A gap of more than 10 s and 1.1 times
-/// what passed meanwhile, by the sender's time or without by the host's clock, counts once a second message
-/// goes on from it; the first one is refused until then, and taken before the second. The sender's clock is
-/// followed as far as it can be believed: a jump beyond some seconds counts once the messages of three
-/// seconds agree with it, or the host's clock does. Time goes back only where the clock was far ahead, and
-/// past a gap. Values stay as they came. What is wrong is counted and named, a rate too that is not the axis'
-/// own by the sender's times or, without, by when its samples come; nothing throws.
+/// Takes what arrives for one axis into its ring: columns become channels, what comes twice is left out, gaps
+/// of up to a second are filled with missing samples and longer ones skipped. A gap of more than 10 s and 1.1
+/// times what passed meanwhile, by the sender's time or without by the host's clock, counts once a second
+/// message goes on from it; the first one is refused until then, and taken before the second. The sender's
+/// clock is followed as far as it can be believed: a jump beyond some seconds counts once the messages of
+/// three seconds agree with it, or the host's clock does. Time goes back only where the clock was far ahead,
+/// and past a gap. Values stay as they came. What is wrong is counted and named, a rate too that is not the
+/// axis' own by the sender's times or, without, by when its samples come; nothing throws.
 ///
 /// A sender that numbers its samples gets every sample exactly once. One that does not is taken to send
 /// consecutive samples, and each message once by the position that its source tells. For any thread.

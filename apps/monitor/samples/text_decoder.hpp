@@ -27,8 +27,7 @@ inline constexpr std::size_t kLongestLine = 1'000'000;  ///< Bytes.
 ///   all others are numbers, null or arrays of them, one element per sample. A message may be one document of
 ///   several lines. NaN is read as null.
 /// - InfluxDB line protocol: the axis is the tag `axis`, else the measurement; fields `sample` and `rate` are
-/// as
-///   above, the other numeric ones are columns.
+///   as above, the other numeric ones are columns; the time stands at the end.
 ///
 /// Times are UNIX times in s, ms, us or ns, told apart by their size, or ISO 8601 (UTC where no zone stands);
 /// smaller numbers are not of this epoch and are passed over. A value that is no number is not a number in

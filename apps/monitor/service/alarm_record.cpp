@@ -74,7 +74,9 @@ bool AlarmRecords::add(const std::string& axis, double sample_rate_hz, const Res
   if (replayed_.erase({axis, e.sample, alarm, transition, timed.action}) > 0) return false;
   const std::string id = std::to_string(alarm_number(axis, e.alarm, state.raised_sample));
   const bool tells = e.transition == Transition::raised || e.transition == Transition::realarmed;
-  const Json before = words_.count(id) > 0 ? Json::parse(words_[id]) : Json::object();
+  const auto known = words_.find(id);
+  Json before = known != words_.end() ? Json::parse(known->second, nullptr, false) : Json::object();
+  if (!before.is_object()) before = Json::object();  // damaged in the store
   Json json = before.empty() || tells ? words_of(timed) : before;
   const auto time_of = [&](std::uint64_t sample) {
     const double since = static_cast<double>(sample) - static_cast<double>(e.sample);

@@ -18,6 +18,9 @@ namespace resonid::monitor {
 /// Whether the key `controller` of an axis tells it; else it names a file.
 [[nodiscard]] bool tells_controller(std::string_view text);
 
+/// The unit in a column's name, as the reader of recordings finds it; empty: none.
+[[nodiscard]] std::string unit_in_name(const std::string& column);
+
 /// The library's words with the names of its options as keys: without the dot that it puts before them.
 [[nodiscard]] std::string library_keys(std::string text);
 

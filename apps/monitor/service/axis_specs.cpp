@@ -31,13 +31,6 @@ bool applies(std::optional<double> io::ColumnMapping::*constant, const io::Colum
   });
 }
 
-/// A column's unit as the reader of recordings finds it.
-std::string unit_in_name(const std::string& column) {
-  io::Table table;
-  table.names = {column};
-  return io::named_unit(table, 0).unit;
-}
-
 class SpecBuilder {
  public:
   SpecBuilder(const Configuration& configuration, const AxisConfig& axis, std::vector<std::string>& notes)
@@ -227,6 +220,12 @@ class SpecBuilder {
 };
 
 }  // namespace
+
+std::string unit_in_name(const std::string& column) {
+  io::Table table;
+  table.names = {column};
+  return io::named_unit(table, 0).unit;
+}
 
 bool tells_controller(std::string_view text) { return text.starts_with("pi:") || text.starts_with('{'); }
 

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <thread>
 
-#include "monitor/service/live_backend.hpp"
+#include "monitor/service/alarm_view.hpp"
 #include "monitor/service/log.hpp"
 #include "monitor/web/api_json.hpp"
 

@@ -13,6 +13,7 @@
 #include <set>
 
 #include "io/described_text.hpp"
+#include "io/signal_units.hpp"
 #include "io/text.hpp"
 #include "monitor/service/axis_spec_of.hpp"
 
@@ -124,12 +125,24 @@ class Proposer {
   void rate() {
     constexpr double kLeastRate_hz = 1e-3, kMostRate_hz = 1e6;  // as of an axis
     double measured = facts_.sample_rate_hz;
-    if (!(measured > 0.0))
-      if (const auto record = io::to_record(table_, {})) measured = record->sample_rate_hz;
+    if (!(measured > 0.0)) measured = rate_of_times();
     if (!(measured >= kLeastRate_hz && measured <= kMostRate_hz))
       return note("the sample rate is not known: sample_rate_hz is left to you");
     p_.axis.sample_rate_hz = rounded_rate(measured);
     if (p_.axis.sample_rate_hz != measured) note(fmt::format("measured sample rate: {:.6g} Hz", measured));
+  }
+
+  /// By a column of times, whichever columns the signals are; 0: none.
+  [[nodiscard]] double rate_of_times() const {
+    if (const auto record = io::to_record(table_, {})) return record->sample_rate_hz;
+    const auto& names = table_.names;
+    io::ColumnMapping any;
+    for (std::size_t k = 0; k < names.size(); ++k) {
+      any.input = names[k];
+      any.output = names[(k + 1) % names.size()];
+      if (const auto record = io::to_record(table_, any)) return record->sample_rate_hz;
+    }
+    return 0.0;
   }
 
   void of_record(const data::Record& record) {
@@ -147,11 +160,23 @@ class Proposer {
       if (const auto seen = identification::inspect(record))
         note(fmt::format("excitation in {}: {}; loop: {}", io::in_quotes(seen->exciting), seen->excitation,
                          name_of(seen->loop)));
+    check_unit_of_output();
     const int sign = sign_of_output(record);
     if (sign < 0) a.output_scale = -1.0;
     note(sign == 0  ? "the sign of the output does not show"
          : sign > 0 ? "a positive torque accelerates the output: signs agree"
                     : "a positive torque accelerates the output backwards: its sign is turned round");
+  }
+
+  /// What is in volts is a position or velocity only by a scale that nobody here knows.
+  void check_unit_of_output() {
+    const std::string unit = unit_in_name(p_.axis.output);
+    const auto known = io::known_unit(unit);
+    const auto quantity = known ? io::quantity_of(known->dimension) : std::nullopt;
+    if (!known || quantity == p_.axis.output_quantity) return;
+    note(fmt::format("{} is in {}, which is no {}: output, output_unit and output_scale are left to you",
+                     io::in_quotes(p_.axis.output), unit, name_of(p_.axis.output_quantity)));
+    p_.axis.output.clear();
   }
 
   const StreamFacts& facts_;

@@ -100,8 +100,10 @@ expected<std::vector<Discovered>, Error> discover_file(const std::filesystem::pa
   const std::string name = io::in_quotes(path.string());
   std::error_code code;
   if (!std::filesystem::is_regular_file(path, code))
-    return unexpected<Error>(
-        Error{"", fmt::format("found {}, required a file: there is none of that name", name)});
+    return unexpected<Error>(Error{
+        "",
+        fmt::format("found {}, required a file: {}", name,
+                    std::filesystem::exists(path, code) ? "that is none" : "there is none of that name")});
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!file) return not_read(name, errno);
   auto found = discover_pipe(file.get(), seconds, keep);

@@ -55,8 +55,9 @@ void DiskAlarm::tell(const char* transition, std::string text, std::int64_t now_
   }
   r.active = r.open = state_ != State::well;
   r.acknowledged = true;
-  if (r.active)
-    r.json = nlohmann::json{{"text", text}, {"since_ns", next_since_ns_}}.dump();
+  if (r.active)  // the text names a path, which may be any bytes
+    r.json = nlohmann::json{{"text", text}, {"since_ns", next_since_ns_}}.dump(
+        -1, ' ', false, nlohmann::json::error_handler_t::replace);
   else
     r.cleared_ns = now_ns;
   batch.alarms.push_back(r);

@@ -185,10 +185,10 @@ struct MakeSource {
   Made operator()(DemoSettings s) const { return make_demo_source(std::move(s), axes); }
 };
 
-std::string token_of(const Configuration& all, const std::string& file) {
-  if (file.empty()) return {};
-  const auto token = read_secret(all.file(file), kShortestToken);
-  return token ? *token : std::string();
+/// None where no file is named; one that cannot be read must not open the page to everybody.
+expected<std::string, Error> token_of(const Configuration& all, const std::string& file) {
+  if (file.empty()) return std::string();
+  return read_secret(all.file(file), kShortestToken);
 }
 
 using MadePublisher = expected<std::unique_ptr<Publisher>, Error>;
@@ -261,8 +261,12 @@ expected<Installation, Error> installation_of(const Configuration& configuration
                        m.key_file.empty() ? "" : configuration.file(m.key_file).string()};
   all.web.host_names = m.host_names;
   all.web.host_names.push_back(at->host);  // the address that is told at the start must answer
-  all.web.write_token = token_of(configuration, m.write_token_file);
-  all.web.read_token = token_of(configuration, m.read_token_file);
+  auto write_token = token_of(configuration, m.write_token_file);
+  if (!write_token) return tl::unexpected(std::move(write_token.error()));
+  auto read_token = token_of(configuration, m.read_token_file);
+  if (!read_token) return tl::unexpected(std::move(read_token.error()));
+  all.web.write_token = std::move(*write_token);
+  all.web.read_token = std::move(*read_token);
   auto specs = axis_specs(configuration);
   if (!specs) return tl::unexpected(std::move(specs.error()));
   for (auto& spec : *specs) {

@@ -52,7 +52,6 @@ struct Installation {
   web::WebOptions web;
   std::string version;
   double false_alarm_interval_s = 3.6e6;  ///< Of the installation; those of the detectors stand in the axes.
-  bool move_damaged_aside = false;
 };
 
 }  // namespace resonid::monitor

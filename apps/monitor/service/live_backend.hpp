@@ -11,13 +11,14 @@
 #include "monitor/engine/engine.hpp"
 #include "monitor/samples/intake.hpp"
 #include "monitor/samples/ring.hpp"
+#include "monitor/service/alarm_view.hpp"
+#include "monitor/service/axis_view.hpp"
 #include "monitor/service/installation.hpp"
 #include "monitor/service/measured_coherence.hpp"
 #include "monitor/service/recorder.hpp"
 #include "monitor/sources/source.hpp"
 #include "monitor/store/reader.hpp"
 #include "monitor/web/backend.hpp"
-#include "monitoring/threshold.hpp"
 
 namespace resonid::monitor {
 
@@ -46,13 +47,15 @@ class LiveBackend : public web::Backend {
                                              double to_s) const override;
   [[nodiscard]] web::Answer<web::Comparison> compare(const std::string& axis, double a_time_s,
                                                      double b_time_s) const override;
-  [[nodiscard]] std::vector<web::Alarm> alarms(const web::AlarmQuestion& question) const override;
+  [[nodiscard]] web::Answer<std::vector<web::Alarm>> alarms(
+      const web::AlarmQuestion& question) const override;
   [[nodiscard]] web::Answer<web::Alarm> alarm(std::uint64_t alarm) const override;
   [[nodiscard]] web::Answer<std::vector<web::AlarmEvent>> events(std::uint64_t alarm) const override;
   [[nodiscard]] web::Answer<std::string> evidence(std::uint64_t alarm) const override;
   [[nodiscard]] web::Answer<std::string> report(std::uint64_t alarm) const override;
   using web::Backend::audit;
-  [[nodiscard]] std::vector<web::AuditEntry> audit(const web::AuditQuestion& question) const override;
+  [[nodiscard]] web::Answer<std::vector<web::AuditEntry>> audit(
+      const web::AuditQuestion& question) const override;
   [[nodiscard]] web::ServiceStatus status() const override;
   [[nodiscard]] web::Readiness readiness() const override;
   [[nodiscard]] web::Answer<void> act(const web::Action& action) override;
@@ -76,29 +79,11 @@ class LiveBackend : public web::Backend {
   std::int64_t started_ns_;
 };
 
-/// What an axis' status is made of.
-struct AxisView {
-  const InstalledAxis& installed;
-  const monitoring::AxisAlarmRules& rules;
-  const LiveAxis& live;
-  const Intake& intake;
-  std::int64_t now_ns = 0, started_ns = 0;  ///< UNIX; the latter of the service.
-  double stale_s = 0.0;                     ///< Without samples for so long it is stale.
-};
-[[nodiscard]] web::AxisStatus status_of(const AxisView& view);
-
 /// For how long this alarm can be shelved.
 [[nodiscard]] double longest_shelving_s(const monitoring::AxisAlarmRules& rules, monitoring::AlarmId alarm);
 /// Why an alarm in this state cannot be treated so.
 [[nodiscard]] std::optional<web::Problem> refusal_of(monitoring::ActionKind kind,
                                                      const monitoring::AlarmState& alarm,
                                                      std::optional<double> seconds, double longest_s);
-
-/// Detectors of an axis' changes with the thresholds that they have now; none while nothing is watched.
-[[nodiscard]] monitoring::Detectors detectors_of(const monitoring::AxisSpec& spec, const LiveAxis& live);
-
-/// A stored alarm as people see it.
-[[nodiscard]] web::Alarm alarm_of(const AlarmRecord& record);
-[[nodiscard]] web::AlarmEvent event_of(const EventRecord& record);
 
 }  // namespace resonid::monitor

@@ -10,7 +10,8 @@ namespace resonid::monitor {
 /// (NOTIFY_SOCKET); nothing otherwise.
 void notify(std::string_view state) noexcept;
 
-/// How often the watchdog of systemd wants to hear, s; nothing where there is none (WATCHDOG_USEC).
+/// After how long without WATCHDOG=1 the watchdog of systemd ends the process, s; nothing where there is none
+/// (WATCHDOG_USEC).
 [[nodiscard]] std::optional<double> watchdog_s() noexcept;
 
 }  // namespace resonid::monitor

@@ -10,6 +10,8 @@
 #include <nlohmann/json.hpp>
 #include <resonid/base/error_text.hpp>
 #include <resonid/io/detail/atomic_file.hpp>
+#include <set>
+#include <string_view>
 
 #include "monitor/service/baseline_curve.hpp"
 #include "monitor/service/evidence_files.hpp"
@@ -26,6 +28,8 @@ constexpr std::int64_t kEvidencePatience_ns = 60 * kSecond_ns;  // with a full d
 constexpr std::size_t kMostReplayed = 100'000;                  // events
 constexpr std::int64_t kCopyFor_ns = 100'000'000;
 constexpr std::int64_t kRemoveEvidenceEvery_ns = 10 * kSecond_ns;
+constexpr auto kLongestPause = std::chrono::seconds(5);
+constexpr auto kUpkeepIsWell = std::chrono::seconds(15);  // retention has its turn each ten
 
 /// A former process queued these, or has sent them.
 void leave_out(std::vector<OutboxRecord>& messages, const std::vector<std::string>& known) {
@@ -36,9 +40,9 @@ void leave_out(std::vector<OutboxRecord>& messages, const std::vector<std::strin
 
 std::vector<AlarmRecord> newest_of_each(const std::vector<AlarmRecord>& records) {
   std::vector<AlarmRecord> newest;
+  std::set<std::string_view> seen;
   for (auto record = records.rbegin(); record != records.rend(); ++record)
-    if (std::none_of(newest.begin(), newest.end(), [&](const auto& one) { return one.id == record->id; }))
-      newest.push_back(*record);
+    if (seen.insert(record->id).second) newest.push_back(*record);
   return newest;
 }
 
@@ -71,8 +75,13 @@ Recorder::Recorder(Store store, Reader reader, Engine& engine, std::vector<Axis>
 Recorder::~Recorder() { stop(); }
 
 void Recorder::start() {
+  // What is known of an axis stays until more is: hours of a former process are still to be made of its rows.
+  std::map<std::string, double> memory_s;
+  if (const auto stored = reader_.axes())
+    for (const auto& one : *stored) memory_s[one.axis] = one.memory_s;
   for (const auto& axis : axes_) {
-    first_.axes.push_back({axis.installed->spec.name, 0.0});
+    const std::string& name = axis.installed->spec.name;
+    first_.axes.push_back({name, memory_s[name]});
     first_.configurations.push_back({axis.installed->configuration, now_ns()});
   }
   tidy_evidence(folder_of_evidence(), reader_, first_);
@@ -103,6 +112,12 @@ void Recorder::run() {
 void Recorder::upkeep(std::chrono::steady_clock::time_point due) {
   auto done = store_.upkeep(now_ns());
   while (done && done->more && std::chrono::steady_clock::now() < due) done = store_.upkeep(now_ns());
+  note_upkeep(done ? nullptr : &done.error());
+  if (!upkeep_fault_.empty()) {
+    const std::scoped_lock lock(status_mutex_);
+    status_.over_limit = "Statistics and retention have stopped: " + upkeep_fault_;
+    return;
+  }
   if (!done) return;
   const std::scoped_lock lock(status_mutex_);
   status_.over_limit.clear();
@@ -111,6 +126,20 @@ void Recorder::upkeep(std::chrono::steady_clock::time_point due) {
         "Database and evidence exceed the limit of {} bytes ([retention] size_bytes), and nothing is left "
         "that may be removed",
         installation_.retention.bytes);
+}
+
+/// A full disk and other programs show in commits, and pass.
+void Recorder::note_upkeep(const StoreError* fault) {
+  const auto now = std::chrono::steady_clock::now();
+  if (fault != nullptr && fault->fault != StoreFault::full && fault->fault != StoreFault::locked) {
+    upkeep_failed_ = now;
+    if (upkeep_fault_ == fault->text) return;
+    upkeep_fault_ = fault->text;
+    say(LogLevel::error, "statistics and retention have stopped: {}", upkeep_fault_);
+  } else if (!upkeep_fault_.empty() && now - upkeep_failed_ > kUpkeepIsWell) {
+    upkeep_fault_.clear();
+    say(LogLevel::info, "statistics and retention go on");
+  }
 }
 
 void Recorder::write(bool last) {
@@ -140,7 +169,7 @@ void Recorder::write(bool last) {
   backlog_.add(std::move(batch));
   Status status;
   status.over_limit = before.over_limit;
-  const bool committed = commit(status, messages);
+  const bool committed = commit(status, messages, last);
   if (status.fault != before.fault) {
     if (status.fault.empty())
       say(LogLevel::info, "rows and alarms are written again");
@@ -162,10 +191,19 @@ void Recorder::write(bool last) {
 }
 
 /// Whether nothing is left to be written; then without the messages that are known.
-bool Recorder::commit(Status& status, std::vector<OutboxRecord>& messages) {
+bool Recorder::commit(Status& status, std::vector<OutboxRecord>& messages, bool last) {
   if (backlog_.empty()) return true;
+  const auto begin = std::chrono::steady_clock::now();
+  if (begin < commit_again_ && !last) {
+    status.fault = status_.fault;
+    status.disk_full = status_.disk_full;
+    return false;
+  }
   const auto done = store_.commit(backlog_.batch());
   if (!done) {
+    // What waits since hours takes long to fail, too.
+    const auto now = std::chrono::steady_clock::now();
+    commit_again_ = now + std::min<std::chrono::steady_clock::duration>(2 * (now - begin), kLongestPause);
     status.fault = done.error().text;
     status.disk_full = done.error().fault == StoreFault::full;
     if (done.error().fault != StoreFault::invalid) return false;
@@ -194,7 +232,7 @@ void Recorder::gather(Batch& batch, std::vector<Results>& all) {
                                      {"alarm", told.action.alarm.index()},
                                      {"until_sample", told.action.until_sample},
                                      {"until_ns", told.action.until_ns}};
-      // With the time, since an axis that begins anew counts its actions from 1 on again.
+      // With the time, since an axis without its snapshots counts its actions from 1 on again.
       batch.actions.push_back({fmt::format("{}:{}:{}", spec.name, told.time_ns, told.action.id), spec.name,
                                told.action.sample, told.time_ns, std::string(name_of(told.action.kind)),
                                told.who, told.reason, arguments.dump()});

@@ -69,8 +69,9 @@ class Recorder {
   };
   void run();
   void write(bool last);
-  [[nodiscard]] bool commit(Status& status, std::vector<OutboxRecord>& messages);
+  [[nodiscard]] bool commit(Status& status, std::vector<OutboxRecord>& messages, bool last);
   void upkeep(std::chrono::steady_clock::time_point due);
+  void note_upkeep(const StoreError* fault);
   void gather(Batch& batch, std::vector<Results>& all);
   void set_baseline(std::size_t axis, const Told& told, Batch& batch);
   void schedule_evidence(std::string alarm_id, std::size_t axis, std::uint64_t sample);
@@ -96,6 +97,8 @@ class Recorder {
   std::map<std::size_t, std::uint64_t> snapshots_;  // of the backlog: axis, position
   std::vector<Evidence> evidence_;
   std::int64_t evidence_removed_ns_ = 0;
+  std::chrono::steady_clock::time_point commit_again_{}, upkeep_failed_{};
+  std::string upkeep_fault_;  // empty: upkeep goes on
   std::atomic<bool> stopping_{false};
   std::thread thread_;
   mutable std::mutex status_mutex_;

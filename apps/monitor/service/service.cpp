@@ -170,15 +170,21 @@ struct Service::Parts {
     if (*stored) {
       const auto& s = (*stored)->snapshot;
       if (auto fault = catch_up(reader, i, s.sample)) return tl::unexpected(std::move(*fault));
+      // Compared first: with another one the snapshot may not fit.
+      const bool same = s.configuration_hash == hashes[i];
       auto monitor = monitoring::AxisMonitor::restore(axis.spec, s.bytes);
-      if (!monitor)
-        begin_anew(i, fmt::format("its snapshot {}", monitor.error().requirement.view()));
-      else if (s.configuration_hash != hashes[i])
+      if (!same)
         begin_anew(i, "its configuration has changed");
+      else if (!monitor)
+        begin_anew(i, fmt::format("its snapshot {}", monitor.error().requirement.view()));
       else {
         auto actions = reader.actions(axis.spec.name, monitor->next_sample(), kMostReplayedActions);
         if (!actions) return tl::unexpected(store_error(actions.error()));
         Engine::Axis goes_on{std::move(*monitor), rings[i].get(), told_of(*actions)};
+        std::erase_if(goes_on.actions, [&](const Told& told) {
+          return told.action.id <=
+                 goes_on.monitor.last_action();  // it knows them, or they are a former axis'
+        });
         beginnings[i].replayed_from = replayed_from(goes_on);
         return goes_on;
       }
@@ -190,7 +196,14 @@ struct Service::Parts {
       return tl::unexpected(std::move(e));
     }
     Engine::Axis begun{std::move(*monitor), rings[i].get(), {}};
-    if (*stored) return begun;
+    if (*stored) {
+      // It takes in what the ring still has: what was done to the former axis meanwhile is not done again.
+      const auto newest = reader.newest_action(axis.spec.name);
+      if (!newest) return tl::unexpected(store_error(newest.error()));
+      if (*newest)
+        for (const auto& told : told_of({**newest})) begun.monitor.count_actions_after(told.action.id);
+      return begun;
+    }
     // Killed before its first snapshot it goes on where its first sample is still there.
     if (rings[i]->next_sample() > 0 && oldest_sample(*rings[i]) == 0) {
       auto actions = reader.actions(axis.spec.name, 0, kMostReplayedActions);
@@ -214,7 +227,6 @@ struct Service::Parts {
     StoreOptions options;
     options.program_version = installation.version;
     options.retention = installation.retention;
-    options.move_damaged_aside = installation.move_damaged_aside;
     const std::string file = (installation.data / "monitor.sqlite").string();
     auto store = Store::open(file, options);
     if (!store) return store_error(store.error());

@@ -15,7 +15,9 @@ namespace resonid::monitor {
 struct CommandSettings {
   std::vector<std::string> command;  ///< Program, found by PATH, and its arguments; no shell.
   Format format = {};                ///< With sample_wraps the index goes on where the axis stands.
-  double again_s = 1.0;  ///< After which a command that has ended is run again; doubled up to 30 s each time.
+  /// After which a command that has ended is run again; doubled up to 30 s each time, and so long again once
+  /// it has run for more than 10 s.
+  double again_s = 1.0;
 };
 
 /// Reads what a command writes to its standard output, `halsampler -t` of LinuxCNC for example; runs it again

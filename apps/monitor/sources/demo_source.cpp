@@ -132,6 +132,7 @@ std::vector<DemoMachine> demo_machines() {
 
   DemoMachine shaft{"shaft", io::shipped_experiment("shaft_drive"), 60.0, 30.0};
   shaft.experiment.excitation.repeat = true;
+  shaft.experiment.actuator.lag_s = 0.0;  // no estimator on line models it
 
   DemoMachine conveyor{"conveyor", io::shipped_experiment("load_steps")};
   conveyor.experiment.friction.driven = {0.3, 0.4, 0.5};

@@ -32,7 +32,8 @@ struct DemoSettings {
 /// Simulated drives, in step with the clock as far as the processor is fast enough: where it is not, time
 /// goes slower and status() says so.
 ///
-/// Errors: no machines; an experiment that cannot be run; speed not in 0.01 ... 1000; times not >= 0.
+/// Errors: no machines; an experiment that cannot be run, or of no length; speed not in 0.01 ... 1000; times
+/// not >= 0.
 [[nodiscard]] expected<std::unique_ptr<Source>, Error> make_demo_source(DemoSettings settings, Axes& axes);
 
 }  // namespace resonid::monitor

@@ -338,6 +338,7 @@ class FileSource final : public ThreadSource {
       }
       // An empty one may have been made for a writer that still writes the old one.
       const auto named = identity_of(settings_.path);
+      if (!named) set_state(SourceState::waiting, why_none());  // and what its writer still adds is taken
       replaced = named && !named->is(identity_) && named->size > 0;
       if (!replaced) static_cast<void>(wait(settings_.poll_s));
     }

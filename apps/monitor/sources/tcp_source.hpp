@@ -24,9 +24,10 @@ struct TcpSettings {
 /// answered, docs/monitor_frame.md) or lines. An answer tells only what is in the ring. While an intake is
 /// full, the clients that send for it are not read from; the others are. A client that does not read its
 /// answers is not read from either. Where there are as many clients as may be, a new one takes the place of
-/// the one that has been silent longest without ever having sent anything usable, or is turned away.
+/// the one that has been silent longest, for a second at least, without ever having sent anything usable, or
+/// is turned away.
 ///
-/// Errors: an address that is none; no connections; limits of bytes below those of one frame; idle_s < 0.
+/// Errors: an address that is none; no connections; limits of bytes below those of two frames; idle_s < 0.
 [[nodiscard]] expected<std::unique_ptr<NetworkSource>, Error> make_tcp_source(TcpSettings settings,
                                                                               Axes& axes);
 

@@ -21,7 +21,7 @@ constexpr std::int64_t kFiveMinutesSpanNs = 62 * kDayNs;  // likewise: of 18 000
 constexpr std::int64_t kMostRowsSpanNs = 31 * kDayNs;     // even where it is asked for
 constexpr std::int64_t kUnsettledNs = 2 * kDayNs;     // at most so much is made of rows that have no hour yet
 constexpr std::uint32_t kStretchRows = 30;            // trusted, for a comparison
-constexpr std::int64_t kStretchNs = 300'000'000'000;  // to either side
+constexpr std::int64_t kStretchNs = 300'000'000'000;  // to either side, but what is compared does not overlap
 constexpr std::int64_t kNearNs = 7 * kDayNs;          // farther stretches are not of that time any more
 
 /// What stretches of one length are: their table, and their length.
@@ -131,10 +131,15 @@ void judge(Difference& difference) {
   difference.chance = std::erfc(difference.sigma / std::sqrt(2.0));
 }
 
+/// Whether both are made of the same rows in part: they are too close to each other to differ.
+bool overlap(const Then& a, const Then& b) { return a.from_ns < b.to_ns && b.from_ns < a.to_ns; }
+
 /// Of every figure about an instant: from rows within minutes, else from the nearest hour or day.
 class Around {
  public:
-  Around(Reader::Impl& reader, AxisKey axis, std::int64_t time_ns) : time_ns_(time_ns) {
+  /// @param stretch_ns to either side
+  Around(Reader::Impl& reader, AxisKey axis, std::int64_t time_ns, std::int64_t stretch_ns)
+      : time_ns_(time_ns), stretch_ns_(stretch_ns) {
     from_rows(reader, axis);
     from_summaries(reader, axis, Resolution::hour);
     from_summaries(reader, axis, Resolution::day);
@@ -145,7 +150,7 @@ class Around {
   void from_rows(Reader::Impl& reader, AxisKey axis) {
     std::array<FigureGatherer, monitoring::kWatched> figures;
     std::int64_t first_ns = time_ns_, last_ns = time_ns_;
-    reader.visit_rows(axis.id, time_ns_ - kStretchNs, time_ns_ + kStretchNs,
+    reader.visit_rows(axis.id, time_ns_ - stretch_ns_, time_ns_ + stretch_ns_,
                       [&](std::int64_t time_ns, std::uint64_t, const RowBytes& row) {
                         first_ns = std::min(first_ns, time_ns);
                         last_ns = std::max(last_ns, time_ns);
@@ -186,7 +191,7 @@ class Around {
     return std::abs(start_ns + length_ns / 2 - time_ns_);
   }
 
-  std::int64_t time_ns_;
+  std::int64_t time_ns_, stretch_ns_;
   std::array<std::optional<Then>, monitoring::kWatched> found_;
 };
 
@@ -290,9 +295,11 @@ expected<std::vector<Difference>, StoreError> Reader::compare(std::string_view n
     std::vector<Difference> differences;
     const auto axis = impl_->axis(name);
     if (!axis) return differences;
-    const Around a(*impl_, *axis, a_ns), b(*impl_, *axis, b_ns);
+    const std::int64_t stretch_ns = std::min(kStretchNs, std::abs(b_ns - a_ns) / 2);
+    const Around a(*impl_, *axis, a_ns, stretch_ns), b(*impl_, *axis, b_ns, stretch_ns);
     for (std::size_t i = 0; i < monitoring::kWatched; ++i) {
       if (!a.of(i) && !b.of(i)) continue;
+      if (a.of(i) && b.of(i) && overlap(*a.of(i), *b.of(i))) continue;
       Difference difference{static_cast<Watched>(i), a.of(i), b.of(i)};
       judge(difference);
       differences.push_back(std::move(difference));

@@ -183,6 +183,19 @@ expected<std::vector<ActionRecord>, StoreError> Reader::actions(std::string_view
   });
 }
 
+expected<std::optional<ActionRecord>, StoreError> Reader::newest_action(std::string_view axis) {
+  return impl_->read([&]() -> std::optional<ActionRecord> {
+    Query query(impl_->connection,
+                std::string(kActionColumns) +
+                    "WHERE actions.id = (SELECT max(id) FROM actions WHERE axis = (SELECT id FROM axes WHERE "
+                    "name = ?))",
+                axis);
+    auto found = actions_of(query);
+    if (found.empty()) return std::nullopt;
+    return std::move(found.front());
+  });
+}
+
 expected<std::vector<RowRecord>, StoreError> Reader::rows(std::string_view axis, std::int64_t from_ns,
                                                           std::int64_t to_ns, std::size_t limit) {
   return impl_->read([&] {

@@ -117,11 +117,15 @@ class Reader {
   [[nodiscard]] expected<std::vector<ActionRecord>, StoreError> actions(std::string_view axis,
                                                                         std::uint64_t from_sample,
                                                                         std::size_t limit);
+  /// The one recorded last.
+  [[nodiscard]] expected<std::optional<ActionRecord>, StoreError> newest_action(std::string_view axis);
   /// Rows as they were written, in the order of time.
   [[nodiscard]] expected<std::vector<RowRecord>, StoreError> rows(std::string_view axis, std::int64_t from_ns,
                                                                   std::int64_t to_ns, std::size_t limit);
   [[nodiscard]] expected<History, StoreError> history(const HistoryQuery& query);
-  /// All figures that are there at either time, from the nearest stretch with 30 trusted rows.
+  /// Figures that are there at either time, from the rows of ten minutes around it (less where the times are
+  /// closer), else from the nearest hour or day, with 30 trusted rows at least; without those whose stretches
+  /// overlap.
   [[nodiscard]] expected<std::vector<Difference>, StoreError> compare(std::string_view axis,
                                                                       std::int64_t a_ns, std::int64_t b_ns);
   /// The last raised first; `axis`: nothing for all. Those that were open at some time within `span`.
@@ -137,7 +141,7 @@ class Reader {
   [[nodiscard]] expected<std::vector<EventRecord>, StoreError> events_from(std::string_view axis,
                                                                            std::uint64_t sample,
                                                                            std::size_t limit);
-  /// Actions of all axes within `span`, the last recorded first.
+  /// Actions of all axes within `span`, the last recorded first; without those of learning (`gather`).
   [[nodiscard]] expected<std::vector<ActionRecord>, StoreError> audit(std::size_t limit,
                                                                       const TimeSpan& span = {});
   /// The last one first.

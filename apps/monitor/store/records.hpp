@@ -65,7 +65,7 @@ struct AlarmRecord {
   bool begins_anew = false;  ///< Whatever the store has; then any sample is newer.
 };
 
-/// One transition of an alarm; written once per (axis, sample, alarm, transition).
+/// One transition of an alarm; written once per (axis, sample, alarm, transition, action).
 struct EventRecord {
   std::string axis;
   std::uint64_t sample = 0;

@@ -47,19 +47,6 @@ std::uint64_t size_of(const std::string& path) {
   return code ? 0 : size;
 }
 
-/// The file and what belongs to it get the first free name.
-void move_aside(const std::string& path) {
-  int number = 1;
-  while (std::filesystem::exists(fmt::format("{}.damaged-{}", path, number))) ++number;
-  for (const char* part : {"-wal", "-shm", ""}) {
-    std::error_code code;
-    std::filesystem::rename(path + part, fmt::format("{}.damaged-{}{}", path, number, part), code);
-    if (code && *part == '\0')
-      throw SqliteFailure(StoreFault::input_output,
-                          fmt::format("'{}' cannot be moved aside: {}", path, code.message()));
-  }
-}
-
 int note_wal_pages(void* pages, sqlite3*, const char*, int count) {
   *static_cast<int*>(pages) = count;
   return SQLITE_OK;
@@ -92,19 +79,10 @@ Store::Impl::Lock::Lock(const std::string& path)
 Store::Impl::Lock::~Lock() { ::close(descriptor_); }
 
 Connection Store::Impl::open_checked(const std::string& path, const StoreOptions& options) {
-  const auto open = [&] {
-    Connection connection(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, options.busy_ms);
-    detail::prepare_schema(connection, path, options.program_version);
-    detail::check_quickly(connection, path, options.quick_check_s);
-    return connection;
-  };
-  try {
-    return open();
-  } catch (const SqliteFailure& failure) {
-    if (failure.fault() != StoreFault::damaged || !options.move_damaged_aside) throw;
-  }
-  move_aside(path);
-  return open();
+  Connection connection(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, options.busy_ms);
+  detail::prepare_schema(connection, path, options.program_version);
+  detail::check_quickly(connection, path, options.quick_check_s);
+  return connection;
 }
 
 Store::Impl::Impl(std::string file, const StoreOptions& wanted)

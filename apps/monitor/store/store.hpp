@@ -28,9 +28,8 @@ struct Retention {
 struct StoreOptions {
   std::string program_version;
   Retention retention;
-  bool move_damaged_aside = false;  ///< A damaged file is renamed to FILE.damaged-N, and a new one begun.
-  int busy_ms = 2000;               ///< So long another process may block.
-  double quick_check_s = 0.5;       ///< Longest check at the start.
+  int busy_ms = 2000;                    ///< So long another process may block.
+  double quick_check_s = 0.5;            ///< Longest check at the start.
   std::uint64_t wal_bytes = 64'000'000;  ///< Above this the log is emptied.
 };
 
@@ -55,8 +54,8 @@ struct Upkeep {
 /// their own. Nothing throws; after an error the store is as before the call, and the call may be repeated.
 class Store {
  public:
-  /// Makes the file if there is none. Refused: files of other programs, of later versions, damaged ones, and
-  /// those that another process writes.
+  /// Makes the file if there is none. Refused: files of other programs, of later versions, damaged ones,
+  /// and those that another process writes, which FILE.lock tells.
   [[nodiscard]] static expected<Store, StoreError> open(const std::string& path, const StoreOptions& options);
   Store(Store&&) noexcept;
   Store& operator=(Store&&) noexcept;
@@ -66,9 +65,8 @@ class Store {
   [[nodiscard]] expected<Committed, StoreError> commit(const Batch& batch);
 
   /// One small step of what keeps the file in order: rows to their place, statistics of ended hours and of
-  /// the five minutes in them,
-  /// retention, returning space. Called after each commit, again while there is more to do and time left.
-  /// `now_ns`: UNIX.
+  /// the five minutes in them, retention, returning space. Called after each commit, again while there is
+  /// more to do and time left. `now_ns`: UNIX.
   [[nodiscard]] expected<Upkeep, StoreError> upkeep(std::int64_t now_ns);
 
   void set_retention(const Retention& retention);

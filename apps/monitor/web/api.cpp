@@ -156,7 +156,7 @@ ApiReply get_comparison(const Call& call) {
 }
 ApiReply get_alarms(const Call& call) {
   const auto question = alarm_question(call.request.params);
-  return question ? json(alarms_json(call.parts.backend.alarms(*question))) : refused(question.error());
+  return question ? json(call.parts.backend.alarms(*question), alarms_json) : refused(question.error());
 }
 ApiReply get_alarm(const Call& call) {
   return of_alarm(call, [&](std::uint64_t id) { return json(call.parts.backend.alarm(id), alarm_json); });
@@ -183,7 +183,7 @@ ApiReply get_report(const Call& call) {
 }
 ApiReply get_audit(const Call& call) {
   const auto question = audit_question(call.request.params);
-  return question ? json(audit_json(call.parts.backend.audit(*question))) : refused(question.error());
+  return question ? json(call.parts.backend.audit(*question), audit_json) : refused(question.error());
 }
 ApiReply get_status(const Call& call) { return json(status_json(call.parts.backend.status())); }
 ApiReply get_stream(const Call& call) {

@@ -62,7 +62,7 @@ struct FigureStatus {
 };
 
 struct Fault {
-  std::string kind;  ///< rate, columns, format, value, clock, order, scale, sign
+  std::string kind;  ///< Name of a Fault of the samples: rate, columns, format, value, clock, order ...
   std::uint64_t count = 0;
   std::string text;  ///< An example, as it came: any bytes.
 };
@@ -334,13 +334,14 @@ class Backend {
                                                 double to_s) const = 0;
   [[nodiscard]] virtual Answer<Comparison> compare(const std::string& axis, double a_time_s,
                                                    double b_time_s) const = 0;
-  [[nodiscard]] virtual std::vector<Alarm> alarms(const AlarmQuestion&) const = 0;  ///< Newest first.
+  [[nodiscard]] virtual Answer<std::vector<Alarm>> alarms(const AlarmQuestion&) const = 0;  ///< Newest first.
   [[nodiscard]] virtual Answer<Alarm> alarm(std::uint64_t alarm) const = 0;
   [[nodiscard]] virtual Answer<std::vector<AlarmEvent>> events(std::uint64_t alarm) const = 0;
-  [[nodiscard]] virtual Answer<std::string> evidence(std::uint64_t alarm) const = 0;    ///< CSV
-  [[nodiscard]] virtual Answer<std::string> report(std::uint64_t alarm) const = 0;      ///< HTML
-  [[nodiscard]] virtual std::vector<AuditEntry> audit(const AuditQuestion&) const = 0;  ///< Newest first.
-  [[nodiscard]] std::vector<AuditEntry> audit(std::uint32_t limit) const {
+  [[nodiscard]] virtual Answer<std::string> evidence(std::uint64_t alarm) const = 0;  ///< CSV
+  [[nodiscard]] virtual Answer<std::string> report(std::uint64_t alarm) const = 0;    ///< HTML
+  [[nodiscard]] virtual Answer<std::vector<AuditEntry>> audit(
+      const AuditQuestion&) const = 0;  ///< Newest first.
+  [[nodiscard]] Answer<std::vector<AuditEntry>> audit(std::uint32_t limit) const {
     return audit(AuditQuestion{limit, 0.0, kLastTime_s});
   }
   [[nodiscard]] virtual ServiceStatus status() const = 0;

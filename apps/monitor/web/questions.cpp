@@ -16,7 +16,7 @@ namespace resonid::monitor::web {
 namespace {
 
 constexpr double kYear = 366.0 * 86400.0;  // s
-constexpr std::size_t kLongestWho = 200;
+constexpr std::size_t kLongestWho = 200;   // characters
 
 unexpected<Problem> invalid(std::string_view field, std::string message) {
   return unexpected<Problem>(Problem{Problem::Kind::invalid, std::string(field), std::move(message)});
@@ -95,8 +95,11 @@ Answer<std::string> body_text(const nlohmann::json& body, const char* key, bool 
   if (found == body.end()) return required ? Answer<std::string>(invalid(key, "is missing")) : std::string();
   if (!found->is_string()) return invalid(key, "a text is required");
   auto text = found->get<std::string>();
-  if (text.size() > kLongestWho || (required && text.empty()))
-    return invalid(key, fmt::format("has {} bytes, 1 ... {} are required", text.size(), kLongestWho));
+  // The parser took nothing but UTF-8, whose characters have one byte each that is not of the form 10xxxxxx.
+  const auto length = static_cast<std::size_t>(std::count_if(
+      text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
+  if (length > kLongestWho || (required && text.find_first_not_of(' ') == std::string::npos))
+    return invalid(key, fmt::format("has {} characters, 1 ... {} are required", length, kLongestWho));
   if (std::any_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }))
     return invalid(key, "has a control character");
   return text;

@@ -105,10 +105,11 @@ export function drawChart(place, chart, { height, onZoom } = {}) {
 
 const two = (n) => String(n).padStart(2, "0");
 
-/** UNIX seconds as a reader's own date and time. */
+/** UNIX seconds as a reader's own date and time, with what it is ahead of UTC. */
 export function momentText(seconds) {
-  const d = new Date(1000 * seconds);
-  return `${d.getFullYear()}-${two(d.getMonth() + 1)}-${two(d.getDate())} ${two(d.getHours())}:${two(d.getMinutes())}:${two(d.getSeconds())}`;
+  const d = new Date(1000 * seconds), ahead = -d.getTimezoneOffset(), minutes = Math.abs(ahead);
+  const zone = `${ahead < 0 ? "-" : "+"}${two(Math.floor(minutes / 60))}:${two(minutes % 60)}`;
+  return `${d.getFullYear()}-${two(d.getMonth() + 1)}-${two(d.getDate())} ${two(d.getHours())}:${two(d.getMinutes())}:${two(d.getSeconds())} ${zone}`;
 }
 
 function readingOf(p) {

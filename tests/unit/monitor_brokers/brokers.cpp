@@ -23,7 +23,6 @@ namespace resonid::monitor::test {
 namespace {
 
 const ColumnNames kColumns = {"ru", "u", "y", ""};
-constexpr std::int64_t kStart_ns = 1'790'000'000'000'000'000;
 
 sockaddr_in local(std::uint16_t port) {
   sockaddr_in address{};

@@ -85,6 +85,7 @@ class NatsServer {
   std::unique_ptr<Program> program_;
 };
 
+inline constexpr std::int64_t kStart_ns = 1'790'000'000'000'000'000;  ///< Of sample 0.
 inline constexpr double kRate_hz = 2000.0;
 inline constexpr std::size_t kFrame = 20;  ///< Samples of one.
 

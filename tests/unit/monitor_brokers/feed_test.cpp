@@ -5,10 +5,11 @@
 #include <gtest/gtest.h>
 #include <malloc.h>
 
+#include <limits>
 #include <thread>
+#include <vector>
 
 #include "brokers.hpp"
-#include "monitor/brokers/access.hpp"
 #include "monitor/brokers/nats_subject.hpp"
 #include "monitor/sources/thread_source.hpp"
 
@@ -85,6 +86,48 @@ TEST(Feed, NumbersTheFramesOfAMessage) {
   EXPECT_EQ(rings.intake("x").counters().duplicate, 2 * kFrame);
 }
 
+/// What MQTT, NATS and JetStream bring takes this way.
+TEST(Feed, BadMessagesOfOneAxisAreNamedAndLeaveTheOthersAlone) {
+  const TemporaryFolder folder;
+  Rings rings(folder.path(), {"bad", "good"});
+  Delivery delivery(rings);
+  Feed feed(delivery, {{"machines/+", {SampleFormat::frame}}}, kMqttTopics);
+  std::uint64_t good = 0;
+  const auto bad = [&](const std::string& message) {
+    EXPECT_TRUE(feed.take(0, "machines/bad", message));
+    EXPECT_TRUE(feed.take(0, "machines/good", frame_of("", kFrame * good++)));
+  };
+  const auto with = [](std::uint64_t first, std::int64_t time_ns, double value) {
+    static constexpr std::string_view kNames[] = {"ru", "u", "y"};
+    const std::vector<double> values(3 * kFrame, value);
+    return encoded(Arrival{"", first, time_ns, kRate_hz, kNames, values, {}}, ValueType::float64).value();
+  };
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  constexpr std::int64_t kFrame_ns = 10'000'000, kHour_ns = 3'600'000'000'000;
+  const std::string first = frame_of("", 0);
+  bad(first);
+  bad("no frame " + std::string(3000, '\xff'));
+  std::string damaged = frame_of("", kFrame);
+  damaged.back() ^= 1;
+  bad(damaged);
+  bad(first.substr(0, first.size() / 2));
+  bad(frame_of("", kFrame, kFrame, 2.0 * kRate_hz));
+  bad(frame_of("", 2 * kFrame));
+  bad(frame_of("", kFrame));  // reversed
+  bad(frame_of("", 2 * kFrame));
+  bad(with(3 * kFrame, kStart_ns + 3 * kFrame_ns, kNaN));
+  bad(with(4 * kFrame, kStart_ns + 4 * kFrame_ns + kHour_ns, 1.0));
+  bad(with(5 * kFrame, kStart_ns - kHour_ns, 1.0));
+  expect_stored(rings.ring("good"), good * kFrame);
+  EXPECT_EQ(rings.intake("good").faults().total(), 0U);
+  const Intake& intake = rings.intake("bad");
+  for (const Fault kind : {Fault::format, Fault::rate, Fault::order, Fault::value, Fault::clock})
+    EXPECT_GT(intake.faults().count(kind), 0U) << name_of(kind);
+  EXPECT_EQ(intake.counters().duplicate, kFrame);
+  EXPECT_EQ(intake.counters().late, kFrame);
+  EXPECT_EQ(rings.ring("bad").end(), 6 * kFrame);
+}
+
 /// Whoever may publish makes as many topics as he likes.
 TEST(Feed, ForgetsTopicsRatherThanGrow) {
   const TemporaryFolder folder;
@@ -153,16 +196,6 @@ TEST(Feed, TellsThatItWaitsForRoomInARing) {
   sender.join();
   EXPECT_EQ(source.status().state, SourceState::running);
   EXPECT_EQ(source.status().text, "");
-}
-
-TEST(Access, ReadsCredentials) {
-  const TemporaryFolder folder;
-  const auto both = read_credentials(folder.file("both", "me\r\nthe word\r\nmore\n")).value();
-  EXPECT_EQ(both.user, "me");
-  EXPECT_EQ(both.password, "the word");
-  EXPECT_EQ(read_credentials(folder.file("user", "me")).value().password, "");
-  RESONID_EXPECT_MESSAGE(read_credentials(folder / "absent"), "user in its first line");
-  RESONID_EXPECT_MESSAGE(read_credentials(folder.file("empty", "\nword")), "the first line is empty");
 }
 
 }  // namespace

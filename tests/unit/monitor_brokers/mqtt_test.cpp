@@ -167,9 +167,8 @@ TEST(Mqtt, LetsInWhoHasTheRightPassword) {
   const Mosquitto broker("allow_anonymous false\npassword_file " + passwords.string());
   Rings rings(folder.path(), {"x"});
   for (const bool right : {false, true}) {
-    const auto file = folder.file("credentials", right ? "drive\r\na secret\r\n" : "drive\nanother\n");
     MqttSourceSettings settings = settings_of(broker);
-    settings.broker.access.credentials = read_credentials(file).value();
+    settings.broker.access.credentials = Credentials{"drive", right ? "a secret" : "another"};
     const auto source = make_mqtt_source(settings, rings).value().release();
     const std::unique_ptr<Source> owner(source);
     source->start();

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <monitor/service/alarm_record.hpp>
 #include <monitor/service/service.hpp>
@@ -57,7 +58,7 @@ TEST(AlarmRecords, OnlyTheNewestRaisingIsLeftToBeAcknowledged) {
   const auto former = backend.act(acknowledgement_of(first[0].id));
   ASSERT_FALSE(former);
   EXPECT_EQ(former.error().kind, web::Problem::Kind::conflict);
-  const auto open = backend.alarms({AlarmFilter::unacknowledged, "", 100});
+  const auto open = backend.alarms({AlarmFilter::unacknowledged, "", 100}).value();
   ASSERT_EQ(open.size(), 1U);
   EXPECT_EQ(open[0].id, second[0].id);
   EXPECT_TRUE(backend.act(acknowledgement_of(open[0].id)));
@@ -100,7 +101,8 @@ TEST(AlarmRecords, ActionsThatCannotBeAreRefusedAtOnce) {
   EXPECT_NE(refusal(web::ActionKind::shelve, -60.0).find("ahead"), std::string::npos);
   EXPECT_NE(refusal(web::ActionKind::unshelve, 0.0).find("not shelved"), std::string::npos);
   EXPECT_NE(refusal(web::ActionKind::reset, 0.0).find("not latched"), std::string::npos);
-  for (const auto& entry : backend.audit(10)) EXPECT_NE(entry.who, "tester");
+  const auto audit = backend.audit(10).value();
+  for (const auto& entry : audit) EXPECT_NE(entry.who, "tester");
 }
 
 TEST(AlarmRecords, ARingThatWasThrownBackGoesOnWhereItWas) {
@@ -164,6 +166,41 @@ TEST(AlarmRecords, AreOverWhereTheirAxisBeginsAnew) {
   ASSERT_FALSE(ending.events.empty());
   EXPECT_EQ(ending.events.back().transition, "reset");
   EXPECT_EQ(ending.events.back().text, "stale: over, as its axis begins anew: its configuration has changed");
+}
+
+TEST(AlarmRecords, WhatWasDoneToAnAxisThatBeganAnewIsNotDoneAgain) {
+  const Folder folder;
+  Pulses pulses;
+  const auto start = [&](const std::string& configuration) {
+    auto all = pulses.installation(folder.path(), {"x"});
+    all.engine.stale_s = 1e6;
+    all.axes[0].configuration = configuration;
+    auto service = Service::start(std::move(all));
+    EXPECT_TRUE(service) << message_of(service.error());
+    return std::move(*service);
+  };
+  const auto in_maintenance = [](const Service& service) {
+    for (int i = 0; i < 100; ++i) {
+      if (std::isfinite(service.backend().axis("x")->status.maintenance_until_time_s)) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return false;
+  };
+  auto service = start("first");
+  pulses.send();
+  web::Action action;
+  action.kind = web::ActionKind::maintenance;
+  action.axis = "x";
+  action.who = "tester";
+  action.until_time_s = static_cast<double>(now_ns()) * 1e-9 + 3600.0;
+  ASSERT_TRUE(service->backend().act(action));
+  EXPECT_TRUE(in_maintenance(*service));
+  service.reset();
+  for (int run = 0; run < 2; ++run) {  // the second one goes on from a snapshot before that sample
+    service = start("second");
+    EXPECT_FALSE(in_maintenance(*service)) << run;
+    service.reset();
+  }
 }
 
 TEST(AlarmRecords, AreOverWhereTheirAxisIsRemoved) {

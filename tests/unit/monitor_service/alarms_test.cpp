@@ -199,7 +199,7 @@ TEST_F(Alarms, OfTheServiceReachBrokersThatWereAwayUntilItsRestart) {
   web::Backend& backend = (*service)->backend();
   web::Action action;
   action.kind = web::ActionKind::acknowledge;
-  action.alarm = backend.alarms({web::AlarmFilter::active, "", 10}).at(0).id;
+  action.alarm = backend.alarms({web::AlarmFilter::active, "", 10}).value().at(0).id;
   action.who = "tester";
   action.reason = "seen";
   ASSERT_TRUE(backend.act(action));

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <monitor/service/baseline_curve.hpp>
 #include <monitor/service/service.hpp>
+#include <monitor/store/reader.hpp>
 #include <resonid/base/error_text.hpp>
 #include <thread>
 
@@ -108,12 +109,34 @@ TEST(Service, KeepsABaselinesCurveAndAMaintenanceOverARestart) {
 
   ASSERT_TRUE(backend.act(action_of(web::ActionKind::end_maintenance)));
   EXPECT_TRUE(comes_true([&] { return std::isnan(backend.axis("axis0")->status.maintenance_until_time_s); }));
-  EXPECT_TRUE(comes_true([&] { return backend.audit(10).front().action == "end-maintenance"; }));
-  const auto audit = backend.audit(10);
+  EXPECT_TRUE(comes_true([&] { return backend.audit(10).value().front().action == "end-maintenance"; }));
+  const auto audit = backend.audit(10).value();
   ASSERT_EQ(audit.size(), 3U);
   EXPECT_EQ(audit[1].action, "maintenance");
   EXPECT_EQ(audit[2].action, "baseline");
   (*service)->stop();
+}
+
+TEST(Service, KeepsWhatTheStatisticsOfFormerRowsNeedOverARestart) {
+  const Folder folder;
+  const std::vector<std::vector<double>> values{drive_samples(40.0, 1e6, 1)};
+  const auto memory_s = [&] {
+    return Reader::open((folder.path() / "monitor.sqlite").string()).value().axes().value().at(0).memory_s;
+  };
+  {
+    auto service = Service::start(installation(folder.path(), values, 0.0));
+    ASSERT_TRUE(service) << message_of(service.error());
+    ASSERT_TRUE(comes_true([&] { return (*service)->backend().axis("axis0")->estimator.memory_s > 0.0; }));
+    (*service)->stop();
+  }
+  const double before = memory_s();
+  EXPECT_GT(before, 0.0);
+  auto silent = installation(folder.path(), values, 0.0);
+  silent.sources.clear();
+  auto service = Service::start(std::move(silent));
+  ASSERT_TRUE(service) << message_of(service.error());
+  (*service)->stop();
+  EXPECT_EQ(memory_s(), before);
 }
 
 }  // namespace

@@ -61,12 +61,12 @@ Installation brokers_installation(const std::filesystem::path& folder, std::uint
 /// What a person does; comes back once it is stored, or has not been for seconds.
 void act(web::Backend& backend) {
   constexpr std::uint32_t kAll = 1000;
-  const auto alarms = [&] { return backend.alarms({web::AlarmFilter::unacknowledged, "", kAll}); };
+  const auto alarms = [&] { return backend.alarms({web::AlarmFilter::unacknowledged, "", kAll}).value(); };
   std::size_t open = 0;
   for (const auto& axis : backend.axes(0).axes) open += axis.unacknowledged;
   for (int i = 0; i < 250 && alarms().size() < open; ++i) std::this_thread::sleep_for(20ms);
   std::this_thread::sleep_for(600ms);  // until those are stored, too, that are suppressed
-  std::size_t expected = backend.audit(kAll).size();
+  std::size_t expected = backend.audit(kAll).value().size();
   web::Action action;
   action.who = "tester";
   action.reason = "seen";
@@ -82,7 +82,8 @@ void act(web::Backend& backend) {
     action.axis = axis.name;
     if (backend.act(action)) ++expected;
   }
-  for (int i = 0; i < 250 && backend.audit(kAll).size() < expected; ++i) std::this_thread::sleep_for(20ms);
+  for (int i = 0; i < 250 && backend.audit(kAll).value().size() < expected; ++i)
+    std::this_thread::sleep_for(20ms);
 }
 
 int run(Installation all, const std::filesystem::path& folder, const std::vector<std::uint64_t>& stops,

@@ -80,6 +80,19 @@ TEST(DiskAlarm, GoesOnWithWhatAFormerProcessLeft) {
   EXPECT_GT(events[0].sample, records.front().sample);
 }
 
+TEST(DiskAlarm, NamesAPathOfAnyBytes) {
+  DiskAlarm alarm;
+  std::vector<AlarmRecord> records;
+  std::int64_t time = kBegin;
+  ASSERT_EQ(look(alarm, time, 3000,
+                 "'/Pr\xfc"
+                 "fstand/monitor.sqlite' is full",
+                 "", records)
+                .size(),
+            1U);
+  EXPECT_NE(alarm_of(records.back()).text.find("monitor.sqlite' is full"), std::string::npos);
+}
+
 TEST(Disk, AnInstallationBeyondItsLimitSaysSoEverywhere) {
   const Folder folder;
   FakeReceiver receiver;
@@ -95,7 +108,7 @@ TEST(Disk, AnInstallationBeyondItsLimitSaysSoEverywhere) {
   EXPECT_EQ(body["alarm"]["alarm"], "disk");
   EXPECT_EQ(body["event"]["transition"], "raised");
   auto& backend = (*service)->backend();
-  ASSERT_EQ(backend.alarms({web::AlarmFilter::active, "", 10}).size(), 1U);
+  ASSERT_EQ(backend.alarms({web::AlarmFilter::active, "", 10}).value().size(), 1U);
   EXPECT_TRUE(backend.status().store.over_limit);
   EXPECT_FALSE(backend.status().store.failing);
   ASSERT_TRUE(eventually([&] { return backend.status().deliveries.at(0).delivered == 1; }));
@@ -144,7 +157,7 @@ TEST(Disk, AFullDiskIsToldAtOnceAndWrittenLater) {
     EXPECT_TRUE(backend.status().store.failing);
     EXPECT_TRUE(backend.status().store.disk_full);
     EXPECT_FALSE(backend.readiness().store);
-    const auto alarms = backend.alarms({web::AlarmFilter::active, "", 10});
+    const auto alarms = backend.alarms({web::AlarmFilter::active, "", 10}).value();
     ASSERT_FALSE(alarms.empty());
     EXPECT_EQ(alarms[0].alarm, "disk");
     EXPECT_EQ(alarms[0].severity, monitoring::Severity::high);

@@ -172,6 +172,11 @@ TEST(Engine, WaitsLongerForTheVeryFirstSample) {
   EXPECT_LE(axis.since_ns(), now_ns());
 }
 
+TEST(Engine, ASlowAxisIsStaleAfterThreeSamples) {
+  EXPECT_EQ(stale_after_s(EngineOptions{}, 1000.0), 3.0);
+  EXPECT_DOUBLE_EQ(stale_after_s(EngineOptions{}, 0.1), 30.0);
+}
+
 TEST(Engine, ActionsAfterARestartCount) {
   Watched axis({}, with_delays(0.0, 0.0, 0.0));
   for (int i = 0; i < 5; ++i)
@@ -201,25 +206,107 @@ TEST(Engine, ActionsAfterAGapAreReplayedAtTheirSample) {
   EXPECT_EQ(axis.sample_of(kStaleAlarm), 5100U);
 }
 
-TEST(Engine, AnAxisThatWaitsToLearnDoesNotFillItsRing) {
-  const Folder folder;
-  const auto values = drive_samples(120.0, 1000.0, 1);
+/// Twenty axes, with their rings.
+class Many {
+ public:
+  explicit Many(std::uint64_t capacity) {
+    for (int i = 0; i < 20; ++i) {
+      monitoring::AxisSpec spec;
+      spec.name = std::to_string(i);
+      spec.sample_rate_hz = kRate;
+      spec.track.method = identification::TrackMethod::physical;
+      rings.push_back(
+          Ring::open(folder_.path() / spec.name, {spec.name, {"ru", "u", "y"}, kRate, capacity}).value());
+      rings.back()->put_anchor(0, std::nullopt);
+      axes.push_back({monitoring::AxisMonitor::create(spec).value(), rings.back().get(), {}});
+    }
+  }
+  /// So many samples for each, in commits of a second.
+  void put(double seconds) {
+    constexpr auto kCommit = static_cast<std::size_t>(kRate);
+    const auto values = drive_samples(seconds, 1000.0, 1);
+    for (auto& ring : rings)
+      for (std::size_t at = 0; at + kCommit <= values.size() / 3; at += kCommit) {
+        ring->put(std::span(values).subspan(3 * at, 3 * kCommit));
+        ring->commit({});
+      }
+  }
   std::vector<std::unique_ptr<Ring>> rings;
   std::vector<Engine::Axis> axes;
-  for (int i = 0; i < 20; ++i) {
-    monitoring::AxisSpec spec;
-    spec.name = std::to_string(i);
-    spec.sample_rate_hz = kRate;
-    spec.track.method = identification::TrackMethod::physical;
-    rings.push_back(
-        Ring::open(folder.path() / spec.name, {spec.name, {"ru", "u", "y"}, kRate, 16'000}).value());
-    rings.back()->put_anchor(0, std::nullopt);
-    axes.push_back({monitoring::AxisMonitor::create(spec).value(), rings.back().get(), {}});
-  }
+
+ private:
+  const Folder folder_;
+};
+
+/// What was done to an axis, in words.
+std::string actions_of(Engine& engine, std::size_t axis) {
+  std::string words;
+  for (const auto& results : engine.take())
+    if (results.axis == axis)
+      for (const auto& told : results.actions) words += std::string(name_of(told.action.kind)) + " ";
+  return words;
+}
+
+TEST(Engine, WhatAPersonDoesDoesNotWaitForTheTurnToLearn) {
+  Many many(40'000);
+  many.put(30.0);
   EngineOptions options;
   options.workers = options.learners = 1;
   options.learning_patience_s = 0.0;
-  Engine engine(std::move(axes), options);
+  options.stale_s = 1e6;
+  Engine engine(std::move(many.axes), options);
+  engine.start();
+  const std::size_t last = engine.axes() - 1;
+  ASSERT_TRUE(comes([&] { return engine.live(last)->waits_to_learn; }));
+  ASSERT_TRUE(engine.act(last, ActionKind::maintenance, {}, 3600.0, "tester", ""));
+  EXPECT_TRUE(comes([&] { return engine.live(last)->maintenance_until_ns != 0; }));
+  engine.stop();
+  EXPECT_EQ(actions_of(engine, last), "gather maintenance ");
+}
+
+TEST(Engine, WhatAPersonDidCountsThoughTheEngineEndsBeforeTheTurnToLearn) {
+  Many many(40'000);
+  many.put(30.0);
+  EngineOptions options;
+  options.workers = options.learners = 1;
+  options.learning_patience_s = options.stale_s = 1e6;
+  Engine engine(std::move(many.axes), options);
+  engine.start();
+  const std::size_t last = engine.axes() - 1;
+  ASSERT_TRUE(comes([&] { return engine.live(last)->waits_to_learn; }));
+  ASSERT_TRUE(engine.act(last, ActionKind::maintenance, {}, 3600.0, "tester", ""));
+  engine.stop();
+  EXPECT_EQ(actions_of(engine, last), "gather maintenance ");
+  EXPECT_FALSE(engine.act(last, ActionKind::maintenance, {}, 0.0, "tester", ""));
+}
+
+TEST(Engine, ActionsOfAFormerProcessCountThoughTheRingFillsBeforeTheTurnToLearn) {
+  Many many(16'000);
+  many.put(48.0);  // which is all that a ring takes
+  Told told;
+  told.action = {11'900, ActionKind::maintenance, {}, 1'000'000'000, 1, now_ns() + 3600 * 1'000'000'000LL};
+  many.axes.back().actions = {told};
+  EngineOptions options;
+  options.workers = options.learners = 1;
+  options.learning_patience_s = 0.0;
+  options.stale_s = 1e6;
+  Engine engine(std::move(many.axes), options);
+  engine.keep_going(true);
+  engine.start();
+  const std::size_t last = engine.axes() - 1;
+  EXPECT_TRUE(comes([&] { return engine.live(last)->maintenance_until_ns != 0; }));
+  engine.stop();
+  EXPECT_EQ(actions_of(engine, last), "");
+}
+
+TEST(Engine, AnAxisThatWaitsToLearnDoesNotFillItsRing) {
+  const auto values = drive_samples(120.0, 1000.0, 1);
+  Many many(16'000);
+  auto& rings = many.rings;
+  EngineOptions options;
+  options.workers = options.learners = 1;
+  options.learning_patience_s = 0.0;
+  Engine engine(std::move(many.axes), options);
   engine.keep_going(true);  // there is no store
   engine.start();
   std::map<std::size_t, int> gathered;

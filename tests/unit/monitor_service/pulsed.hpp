@@ -75,7 +75,7 @@ template <class Condition>
 std::vector<web::Alarm> alarms_once(const web::Backend& backend, web::AlarmFilter state, Condition&& holds) {
   std::vector<web::Alarm> alarms;
   for (int i = 0; i < 1000; ++i) {
-    alarms = backend.alarms({state, "", 100});
+    alarms = backend.alarms({state, "", 100}).value();
     if (holds(alarms)) break;
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }

@@ -64,7 +64,7 @@ Replayed replayed(Replay replay, double speed) {
   EXPECT_TRUE(service) << message_of(service.error());
   while (!(*service)->finished()) std::this_thread::sleep_for(5ms);
   (*service)->stop();
-  all.alarms = (*service)->backend().alarms({web::AlarmFilter::all, "", 100});
+  all.alarms = (*service)->backend().alarms({web::AlarmFilter::all, "", 100}).value();
   return all;
 }
 

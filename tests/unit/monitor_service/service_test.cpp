@@ -111,9 +111,9 @@ TEST(Service, AnswersWhileItRunsAndTakesActions) {
   auto service = Service::start(std::move(all));
   ASSERT_TRUE(service) << message_of(service.error());
   auto& backend = (*service)->backend();
-  for (int i = 0; i < 500 && backend.alarms({web::AlarmFilter::active, "", 10}).empty(); ++i)
+  for (int i = 0; i < 500 && backend.alarms({web::AlarmFilter::active, "", 10}).value().empty(); ++i)
     std::this_thread::sleep_for(20ms);
-  const auto alarms = backend.alarms({web::AlarmFilter::active, "", 10});
+  const auto alarms = backend.alarms({web::AlarmFilter::active, "", 10}).value();
   ASSERT_FALSE(alarms.empty());
   EXPECT_EQ(alarms.back().axis, "axis0");
   EXPECT_FALSE(alarms.back().text.empty());
@@ -123,9 +123,9 @@ TEST(Service, AnswersWhileItRunsAndTakesActions) {
   action.who = "tester";
   action.reason = "seen";
   ASSERT_TRUE(backend.act(action));
-  for (int i = 0; i < 200 && backend.audit(10).empty(); ++i) std::this_thread::sleep_for(20ms);
-  ASSERT_FALSE(backend.audit(10).empty());
-  EXPECT_EQ(backend.audit(10).front().who, "tester");
+  for (int i = 0; i < 200 && backend.audit(10).value().empty(); ++i) std::this_thread::sleep_for(20ms);
+  ASSERT_FALSE(backend.audit(10).value().empty());
+  EXPECT_EQ(backend.audit(10).value().front().who, "tester");
   const auto response = backend.response("axis0");
   ASSERT_TRUE(response);
   EXPECT_EQ(response->plant.frequency_hz.size(), response->plant.std.size());
@@ -156,7 +156,8 @@ TEST(Service, AnswersWhileItRunsAndTakesActions) {
   }
   (*service)->stop();
   EXPECT_TRUE(backend.evidence(alarms.back().id));
-  for (const auto& alarm : backend.alarms({web::AlarmFilter::all, "", 100})) EXPECT_TRUE(alarm.evidence);
+  const auto stored = backend.alarms({web::AlarmFilter::all, "", 100}).value();
+  for (const auto& alarm : stored) EXPECT_TRUE(alarm.evidence);
   EXPECT_TRUE(backend.report(alarms.back().id));
 }
 

@@ -46,6 +46,25 @@ TEST_F(FileSourceTest, FollowsAFileThatGrowsByHalfLines) {
   EXPECT_EQ(source->status().state, SourceState::running);
 }
 
+TEST_F(FileSourceTest, TellsThatItsFileIsGone) {
+  append("u,y\n0,0\n");
+  Installation axes(folder_.path(), {"x"});
+  const auto source = started(axes);
+  ASSERT_TRUE(eventually([&] { return axes.end("x") == 1; }));
+  EXPECT_EQ(source->status().state, SourceState::running);
+  std::ofstream writer(path_, std::ios::binary | std::ios::app);
+  fs::remove(path_);
+  ASSERT_TRUE(eventually([&] { return source->status().state == SourceState::waiting; }));
+  EXPECT_NE(source->status().text.find("No such file"), std::string::npos) << source->status().text;
+  writer << line_of(1) << std::flush;  // what its writer still adds is taken
+  ASSERT_TRUE(eventually([&] { return axes.end("x") == 2; }));
+  later();
+  append("u,y\n" + line_of(2));
+  ASSERT_TRUE(eventually([&] { return axes.end("x") == 3; }));
+  axes.expect_exactly("x", 3);
+  EXPECT_EQ(source->status().state, SourceState::running);
+}
+
 TEST_F(FileSourceTest, GoesOnWhereTheRingStandsWithTheNamesOfTheFirstLine) {
   append("# a comment\ny,u\n");
   for (int k = 0; k < 20'000; ++k) append(std::to_string(-k) + "," + std::to_string(0.5 * k) + "\n");

@@ -181,6 +181,20 @@ TEST(Compare, FindsTheFallAndHowSureItIs) {
   EXPECT_LT(fall.chance, 1e-9);
 }
 
+TEST(Compare, TakesLessOfTimesThatAreClose) {
+  LoosenedMachine machine(4000, 2000);
+  auto reader = machine.reader();
+  const auto differences = value(reader.compare("x", kStart + 1900 * kSecond, kStart + 2100 * kSecond));
+  ASSERT_EQ(differences.size(), 2U);
+  const auto& fall = differences[1];
+  ASSERT_TRUE(fall.a && fall.b);
+  EXPECT_NEAR(static_cast<double>(fall.a->summary.trusted), 200.0, 1.0);
+  EXPECT_LE(fall.a->to_ns, fall.b->from_ns);
+  EXPECT_NEAR(fall.difference, -15.0, 0.5);
+  // So close that only the hour of both is left.
+  EXPECT_TRUE(value(reader.compare("x", kStart + 1000 * kSecond, kStart + 1020 * kSecond)).empty());
+}
+
 TEST(Compare, TakesTheNearestStretchThatIsTrusted) {
   LoosenedMachine machine(4 * 3600, 1'000'000);
   auto reader = machine.reader();

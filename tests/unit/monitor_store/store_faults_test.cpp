@@ -239,7 +239,7 @@ void make_full(const std::string& file) {
   keep_up(store, kStart + kHour);
 }
 
-TEST(StoreFaults, ADamagedFileIsRefusedAndMovedAsideOnlyWhenToldSo) {
+TEST(StoreFaults, ADamagedFileIsRefusedAndLeftAlone) {
   const Folder folder;
   make_full(folder.file());
   const std::string garbage(20'000, '\x5a');
@@ -252,12 +252,6 @@ TEST(StoreFaults, ADamagedFileIsRefusedAndMovedAsideOnlyWhenToldSo) {
             std::string::npos)
       << refused.error().text;
   EXPECT_EQ(contents_of(folder.file()), damaged);
-
-  StoreOptions options;
-  options.move_damaged_aside = true;
-  Store store = opened(folder.file(), options);
-  EXPECT_EQ(contents_of(folder.file() + ".damaged-1"), damaged);
-  EXPECT_EQ(value(store.commit(second_of(0))).rows, 20U);
 }
 
 TEST(StoreFaults, DamageInATableIsFoundAtTheStart) {
@@ -302,10 +296,8 @@ TEST(StoreFaults, FilesOfOtherProgramsAndLaterVersionsAreLeftAlone) {
     ASSERT_EQ(sqlite3_exec(other, sql, nullptr, nullptr, nullptr), SQLITE_OK);
     sqlite3_close(other);
   };
-  StoreOptions options;
-  options.move_damaged_aside = true;
   make("CREATE TABLE music (title TEXT)");
-  auto refused = Store::open(folder.file(), options);
+  auto refused = Store::open(folder.file(), {});
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().fault, StoreFault::newer);
   EXPECT_NE(refused.error().text.find("another program"), std::string::npos);
@@ -316,7 +308,7 @@ TEST(StoreFaults, FilesOfOtherProgramsAndLaterVersionsAreLeftAlone) {
   ASSERT_EQ(sqlite3_open(folder.file().c_str(), &other), SQLITE_OK);
   sqlite3_exec(other, "PRAGMA user_version=99", nullptr, nullptr, nullptr);
   sqlite3_close(other);
-  refused = Store::open(folder.file(), options);
+  refused = Store::open(folder.file(), {});
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().text.find("schema 99"), std::string::npos) << refused.error().text;
 }

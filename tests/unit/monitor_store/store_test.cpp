@@ -276,6 +276,9 @@ TEST(Store, ReplayReadsActionsInTheOrderInWhichTheyAct) {
   EXPECT_EQ(actions[1].arguments, "{\"alarm\":\"a1\"}");
   EXPECT_EQ(actions[2].key, "k3");
   EXPECT_EQ(value(reader.actions("x", 101, 10)).size(), 2U);
+  EXPECT_EQ(value(reader.newest_action("x"))->key, "k3");
+  EXPECT_EQ(value(reader.newest_action("y"))->key, "k4");
+  EXPECT_FALSE(value(reader.newest_action("z")));
   const auto audit = value(reader.audit(2));
   ASSERT_EQ(audit.size(), 2U);
   EXPECT_EQ(audit[0].key, "k4");

@@ -135,7 +135,7 @@ class FakeBackend : public Backend {
     if (name != "x") return none("axis");
     return Comparison{a, b, {{monitoring::Watched::stiffness, {1000.0, 4.0}, {949.0, 4.0}, -51.0, 5.7, 9.0}}};
   }
-  std::vector<Alarm> alarms(const AlarmQuestion& question) const override {
+  Answer<std::vector<Alarm>> alarms(const AlarmQuestion& question) const override {
     auto shelved = an_alarm(2);
     shelved.shelved = Alarm::Shelved{kTime + 60.0, "waits for a spare belt", "Ann"};
     shelved.suppressed = "maintenance";
@@ -169,8 +169,8 @@ class FakeBackend : public Backend {
     if (alarm != 1) return none("id");
     return std::string("<!doctype html><script>1</script>");
   }
-  std::vector<AuditEntry> audit(const AuditQuestion& question) const override {
-    if (question.to_s <= kTime || question.from_s > kTime) return {};
+  Answer<std::vector<AuditEntry>> audit(const AuditQuestion& question) const override {
+    if (question.to_s <= kTime || question.from_s > kTime) return std::vector<AuditEntry>{};
     return std::vector<AuditEntry>(std::min(question.limit, 3U),
                                    {kTime, "x", "shelve", "Ann", "spare", "shelved"});
   }

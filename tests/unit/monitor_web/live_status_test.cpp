@@ -58,13 +58,14 @@ class LiveStatus : public ::testing::Test {
   web::AxisStatus status(double after_s = 0.0) const {
     const auto rules = monitoring::AxisAlarmRules::create(axis.spec.alarms, 100.0).value();
     const auto base = intake->arrived_ns() != 0 ? intake->arrived_ns() : started_ns;
-    return status_of(
-        {axis, rules, live, *intake, base + static_cast<std::int64_t>(after_s * 1e9), started_ns, 3.0});
+    return status_of({axis, rules, live, *intake, base + static_cast<std::int64_t>(after_s * 1e9), started_ns,
+                      3.0, ring_fills});
   }
 
   InstalledAxis axis;
   LiveAxis live;
   std::unique_ptr<Intake> intake;
+  bool ring_fills = false;
   const std::int64_t started_ns = now_ns();
 
  private:
@@ -127,7 +128,19 @@ TEST_F(LiveStatus, WaitsForSamplesOnlyWhereNoneCame) {
   EXPECT_EQ(status(1.0).state, AxisState::learning);  // whatever the engine has published
   EXPECT_EQ(status(1.0).why, "learns what the machine is");
   live.phase = Phase::learning;
+  EXPECT_EQ(status(1.0).why, "learns what the machine is");
+  live.waits_to_learn = true;
   EXPECT_NE(status(1.0).why.find("waits for its turn to learn"), std::string::npos);
+}
+
+TEST_F(LiveStatus, ASourceThatWaitsForRoomIsNotSilent) {
+  add();
+  live.phase = Phase::learning;
+  live.waits_to_learn = ring_fills = true;
+  EXPECT_EQ(status(10.0).state, AxisState::learning);
+  EXPECT_NE(status(10.0).why.find("waits for its turn to learn"), std::string::npos);
+  ring_fills = false;
+  EXPECT_EQ(status(10.0).state, AxisState::stale);
 }
 
 TEST_F(LiveStatus, EachAlarmHasALongestShelvingOfItsOwn) {

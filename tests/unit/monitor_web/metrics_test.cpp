@@ -23,7 +23,7 @@ WebCounts some_counts() { return {3, 2, 1, {{200, 10}, {404, 1}}, 100, 5}; }
 
 std::string text_of(const std::vector<AxisStatus>& axes) {
   const test::FakeBackend backend;
-  return metrics_text(axes, {test::an_alarm(1)}, backend.status(), some_counts());
+  return metrics_text(axes, std::vector<Alarm>{test::an_alarm(1)}, backend.status(), some_counts());
 }
 
 bool has_line(const std::string& text, const std::string& line) {

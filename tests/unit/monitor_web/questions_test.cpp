@@ -66,6 +66,17 @@ TEST(WebQuestions, AnEndIsATimeOrADuration) {
   EXPECT_EQ(until(R"({"who":"a","reason":"b","until_time_s":999})"), -1.0);
 }
 
+TEST(WebQuestions, TextsAreAsLongAsTheirCharacters) {
+  std::string name;
+  const auto taken = [&] {
+    return action_of(ActionKind::acknowledge, R"({"who":")" + name + R"("})", 1000.0).has_value();
+  };
+  for (int i = 0; i < 200; ++i) name += "\xc3\xbc";
+  EXPECT_TRUE(taken());
+  name += "a";
+  EXPECT_FALSE(taken());
+}
+
 TEST(WebQuestions, WhereARequestEnds) {
   const WebLimits limits{.head_bytes = 200, .body_bytes = 100};
   const auto size = [&](const std::string& text) { return request_size(text, limits); };

@@ -66,7 +66,8 @@ export function alarmButtons(alarm, done) {
   if (!alarm.axis) return h("div", { class: "buttons" });
   const names = [];
   if (!alarm.acknowledged) names.push("acknowledge");
-  names.push(alarm.shelved ? "unshelve" : "shelve");
+  if (alarm.shelved) names.push("unshelve");
+  else if (alarm.active || !alarm.acknowledged || alarm.latched) names.push("shelve");
   if (alarm.latched && !alarm.active && alarm.acknowledged) names.push("reset");
   return h("div", { class: "buttons" }, buttons(ALARM, names, `alarms/${part(alarm.id)}`, sentence(alarm.text), done));
 }

@@ -5,13 +5,15 @@ import { alarmButtons } from "./actions.js";
 import { fileLink, get, part } from "./api.js";
 import { grid, h, renew, say, sign } from "./dom.js";
 import { go, link } from "./route.js";
-import { alarmChange, alarmStates, bare, brief, conditionOf, figureOf, isOpen, moment, plural, sentence, severityOf, severityText, stamp } from "./words.js";
+import { alarmChange, alarmStates, bare, brief, conditionOf, figureOf, isOpen, plural, sentence, severityOf, severityText, stamp } from "./words.js";
 
 const STATES = {
   open: ["Open", isOpen], unacknowledged: ["Not acknowledged", (a) => !a.acknowledged && !a.shelved && !a.suppressed], shelved: ["Shelved", (a) => Boolean(a.shelved)],
   suppressed: ["Suppressed", (a) => Boolean(a.suppressed)], all: ["All", () => true],
 };
 const MOST = 500;
+/** After an answer that failed. */
+const AGAIN_MS = 5000;
 
 const signOf = (a) => (a.shelved || a.suppressed ? "off" : a.active ? (a.acknowledged ? "warning" : "bad") : a.acknowledged && !a.latched ? "good" : "warning");
 
@@ -37,8 +39,9 @@ function scoped(box, id) {
   return box;
 }
 
-export function alarmsView(main, { alarms, query, reloadAlarms }) {
-  let show = query.state ?? "open";
+export function alarmsView(main, { alarms, listing, query, reloadAlarms }) {
+  const stateOf = ({ state }) => (Object.hasOwn(STATES, state ?? "") ? state : "open");
+  let show = stateOf(query);
   let axis = query.axis ?? "";
   const filters = Object.entries(STATES).map(([id, [title]]) => {
     const number = h("b", {});
@@ -46,24 +49,25 @@ export function alarmsView(main, { alarms, query, reloadAlarms }) {
   });
   const search = h("input", { type: "search", id: "search", value: axis, autocomplete: "off", oninput: () => go(["alarms"], { state: show === "open" ? "" : show, axis: search.value.trim() }, { replace: true }) });
   const hits = h("p", { class: "small hits", role: "status" });
+  const problem = h("p", { class: "error", role: "alert" });
   const items = h("ul", { class: "alarm-list" });
-  main.append(h("h1", {}, "Alarms"), h("div", { class: "tools", role: "search" }, h("label", { for: "search" }, "Axis"), search, h("div", { class: "chips", role: "group", "aria-label": "State" }, filters.map((f) => f.button))), hits, items);
+  main.append(h("h1", {}, "Alarms"), h("div", { class: "tools", role: "search" }, h("label", { for: "search" }, "Axis"), search, h("div", { class: "chips", role: "group", "aria-label": "State" }, filters.map((f) => f.button))), problem, hits, items);
   reloadAlarms();
   const mine = () => [...alarms.values()].filter((a) => (a.axis ?? "installation").toLowerCase().includes(axis.toLowerCase()));
   const view = {
     title: "Alarms", nav: "alarms", shortcut: () => search.focus(),
-    query: (next) => { show = STATES[next.state] ? next.state : "open"; axis = next.axis ?? ""; if (document.activeElement !== search) search.value = axis; view.update(); return true; },
+    query: (next) => { show = stateOf(next); axis = next.axis ?? ""; if (document.activeElement !== search) search.value = axis; view.update(); return true; },
     update: () => {
       const some = worstAlarms(mine().filter(STATES[show][1])).slice(0, MOST);
       renew(items, some, () => some.map(alarmLine));
-      say(hits, some.length === 0 ? (show === "open" ? "No alarm is open." : "None.") : some.length === MOST ? `The first ${MOST}` : plural(some.length, "alarm"));
+      say(problem, listing.problem && `The alarms could not be loaded: ${listing.problem}`);
+      say(hits, some.length === 0 && !listing.complete ? (listing.problem ? "" : "Loading …") : some.length === 0 ? (show === "open" ? "No alarm is open." : "None.") : some.length === MOST ? `The first ${MOST}` : plural(some.length, "alarm"));
       for (const { id, number, button } of filters) {
         say(number, String(mine().filter(STATES[id][1]).length));
         button.setAttribute("aria-pressed", String(id === show));
       }
     },
   };
-  if (!STATES[show]) show = "open";
   view.update();
   return view;
 }
@@ -72,34 +76,49 @@ const TRANSITIONS = { latched: "Latched: waits for a person", realarmed: "Raised
 
 export function alarmView(main, { fleet, alarms, path }) {
   const id = path[1];
-  const head = h("div", {}, h("h1", {}, "Alarm"));
+  // Written anew, it keeps the focus from which a new page is read.
+  const title = (text) => h("h1", { tabindex: -1, "data-focus": "title" }, text);
+  const head = h("div", {}, title("Alarm"));
   const facts = h("section", {}, h("h2", {}, "What is known"), h("div", {}));
   const events = h("section", {}, h("h2", {}, "Events"), h("p", { class: "explain" }, "What happened to this alarm, and who did what."), h("div", {}));
   const problem = h("p", { class: "error", role: "alert" });
   main.append(h("p", { class: "crumb" }, h("a", { href: link(["alarms"]) }, "← Alarms")), head, problem, facts, events);
   let state = "";
+  let asked = 0;
+  let again = Infinity;
   const loadEvents = async () => {
+    const mine = ++asked;
+    again = Infinity;
     try {
       const told = list((await get(`alarms/${part(id)}/events`)).events);
+      if (mine !== asked) return;
       events.lastElementChild.replaceChildren(grid(["Time", "What", "By", "Text"], told.map((e) => [stamp(e.time_s), TRANSITIONS[e.transition] ?? words(e.transition ?? ""), e.who ?? "–", e.reason ?? sentence(e.text)]), { caption: "Events of the alarm", className: "plain" }));
     } catch (error) {
+      if (mine !== asked) return;
+      again = performance.now() + AGAIN_MS;
       events.lastElementChild.replaceChildren(h("p", { class: "error" }, `Events could not be loaded: ${error.message}`));
     }
   };
   /** One that is over for longer than the list goes back. */
   let old = null;
+  let retry = Infinity;
   const load = async () => {
+    retry = Infinity;
     try {
       old = await get(`alarms/${part(id)}`);
     } catch (error) {
-      if (!alarms.has(id)) say(problem, [400, 404].includes(error.status) ? `There is no alarm ${id}.` : `The alarm could not be loaded: ${error.message}`);
+      const none = [400, 404].includes(error.status);
+      if (!none) retry = performance.now() + AGAIN_MS;
+      if (!alarms.has(id)) say(problem, none ? `There is no alarm ${id}.` : `The alarm could not be loaded: ${error.message}`);
     }
   };
   if (!alarms.has(id)) load();
   const view = {
     title: "Alarm", nav: "alarms",
-    update: () => {
+    update: (now) => {
+      if (now > again) loadEvents();
       const alarm = alarms.get(id) ?? old;
+      if (!alarm && now > retry) load();
       if (!alarm) return;
       const motion = fleet.axes.get(alarm.axis)?.motion;
       const key = JSON.stringify([alarm, motion]);
@@ -109,7 +128,7 @@ export function alarmView(main, { fleet, alarms, path }) {
       const text = brief(alarm.text);
       view.title = `${alarm.axis ?? "Installation"}: ${text}`;
       loadEvents();
-      renew(head, alarm, () => [h("div", { class: "head" }, h("div", {}, h("h1", {}, text), h("p", { class: "meta" }, axisLink(alarm), `, ${severityText(alarm.severity)}`)),
+      renew(head, alarm, () => [h("div", { class: "head" }, h("div", {}, title(text), h("p", { class: "meta" }, axisLink(alarm), `, ${severityText(alarm.severity)}`)),
         h("div", { class: `verdict ${{ bad: "bad", warning: "warning", good: "good", off: "none" }[signOf(alarm)]}` }, sign(signOf(alarm)), h("div", {}, h("b", {}, alarm.active ? "Active" : "Cleared"), h("span", {}, alarmStates(alarm).slice(1).join(", "))))),
       alarmButtons(alarm, loadEvents)]);
       const figure = figureOf(alarm.alarm, motion);
@@ -125,7 +144,7 @@ export function alarmView(main, { fleet, alarms, path }) {
         h("ul", { class: "links" },
           alarm.axis ? h("li", {}, h("a", { href: link(["axis", alarm.axis], { from: around - 1800, to: (alarm.cleared_time_s ?? alarm.raised_time_s) + 1800, f: bare(alarm.alarm) }) }, "Trend around it")) : null,
           alarm.evidence ? h("li", {}, fileLink(`alarms/${part(id)}/evidence.csv`, "Evidence: raw samples as CSV", { download: `${id}.csv` })) : null,
-          alarm.evidence ? h("li", {}, fileLink(`alarms/${part(id)}/report.html`, "Evidence: report of identify")) : h("li", { class: "soft" }, "The raw samples around it are no longer there."))]);
+          alarm.evidence ? h("li", {}, fileLink(`alarms/${part(id)}/report.html`, "Evidence: report of identify")) : alarm.axis ? h("li", { class: "soft" }, "No raw samples around it are kept.") : null)]);
     },
   };
   view.update();

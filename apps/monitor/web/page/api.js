@@ -21,11 +21,17 @@ const KINDS = { 0: "The server does not answer", 403: "Not allowed", 404: "Not f
 
 const authorization = (token) => (token ? { Authorization: `Bearer ${token}` } : {});
 
+/** A question that can be called off is given up after the same time, too. */
+function signalOf(given) {
+  const late = AbortSignal.timeout(PATIENCE_MS);
+  return given ? AbortSignal.any?.([given, late]) ?? given : late;
+}
+
 async function ask(path, token, options = {}) {
   const headers = { ...options.headers, ...authorization(token) };
   let answer;
   try {
-    answer = await fetch(BASE + path, { ...options, headers, cache: "no-store", signal: options.signal ?? AbortSignal.timeout(PATIENCE_MS) });
+    answer = await fetch(BASE + path, { ...options, headers, cache: "no-store", signal: signalOf(options.signal) });
   } catch (error) {
     if (error.name === "AbortError") throw error;
     throw new ApiError(0, KINDS[0]);
@@ -106,13 +112,12 @@ export async function streamsAreFull() {
 /** A link to a file of the interface. Where reading needs a token, it has it for as long as it is followed: not when it is copied. */
 export function fileLink(path, text, attributes = {}) {
   const address = BASE + path;
-  const link = h("a", {
-    ...attributes, href: address, onclick: () => {
-      if (!readToken()) return;
-      link.href = `${address}${path.includes("?") ? "&" : "?"}token=${encodeURIComponent(readToken())}`;
-      setTimeout(() => { link.href = address; });
-    },
-  }, text);
+  const lend = () => {
+    if (!readToken()) return;
+    link.href = `${address}${path.includes("?") ? "&" : "?"}token=${encodeURIComponent(readToken())}`;
+    setTimeout(() => { link.href = address; });
+  };
+  const link = h("a", { ...attributes, href: address, onclick: lend, onauxclick: lend }, text); // the latter: in another tab
   return link;
 }
 export const part = encodeURIComponent;

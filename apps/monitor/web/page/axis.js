@@ -5,11 +5,11 @@ import { axisButtons, endMaintenanceButton } from "./actions.js";
 import { get, part } from "./api.js";
 import { alarmLine } from "./alarms.js";
 import { grid, h, mark, renew, say, sign } from "./dom.js";
-import { ageOf, alarmsOfAxes, groupOf, isAlarmed, isLearning, isStale, latencyOf } from "./model.js";
+import { ageOf, alarmsOfAxes, groupOf, isAlarmed, isLearning, isSilent, isStale, latencyOf } from "./model.js";
 import { responsePart } from "./response.js";
 import { go, link } from "./route.js";
 import { trendsPart } from "./trends.js";
-import { beyondLimit, brief, changeText, clock, count, duration, figureOf, fromInput, GATES, hasLimit, isOpen, latencyText, limitsText, maintenanceText, moment, orderedFigures, sentence, sigmas, staleText, stateText, toInput, valueText, verdictText } from "./words.js";
+import { beyondLimit, brief, changeText, clock, count, duration, figureOf, fromInput, GATES, hasLimit, isOpen, latencyText, limitsText, maintenanceText, orderedFigures, sigmas, staleText, stamp, stateText, toInput, valueText, verdictText } from "./words.js";
 
 const DETAILS_MS = 5000;
 const CLASS = ["good", "none", "none", "warning", "bad"];
@@ -64,8 +64,20 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
       say(missing, "");
       fleet.merge(name, more, performance.now());
     } catch (error) {
-      if (error.status === 404) say(missing, `There is no axis named ${name}.`);
+      if (error.status === 404) gone();
+      else if (more === null) say(missing, `The axis could not be loaded: ${error.message}`);
     }
+  }
+
+  /** Where there was one until the service was configured anew, what stands there is not of now. */
+  function gone() {
+    known = false;
+    say(missing, `There is no axis named ${name}.`);
+    say(meta, "");
+    mark(columns, "data-stale", true);
+    verdict.className = "verdict none";
+    renew(verdict.firstElementChild, "gone", () => []);
+    for (const line of verdict.querySelectorAll("b, b + span")) say(line, "");
   }
 
   async function firstResponse() {
@@ -140,7 +152,7 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
   function baselinePart() {
     const all = list(more?.baselines);
     renew(baselines.lastElementChild, all, () => [all.length ? grid(["Set", "By", "Reason", "Figures"], all.map((b) => [
-      moment(b.time_s) + (b.active ? " (in use)" : ""), b.who ?? "–", b.reason ?? "–",
+      stamp(b.time_s) + (b.active ? " (in use)" : ""), b.who ?? "–", b.reason ?? "–",
       orderedFigures(b.figures).slice(0, 3).map((f) => `${figureOf(f, more.motion).title} ${valueText(figureOf(f, more.motion), b.figures[f])}`).join("; ") || "–"]),
     { caption: "Baselines, newest first", className: "plain" }) : h("p", { class: "soft" }, "No baseline yet.")]);
   }
@@ -176,7 +188,7 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
       say(verdict.querySelector("b"), axis.unacknowledged ? "Alarm" : axis.alarms ? "Alarm, acknowledged" : silent ? "No data" : axis.trusted ? "Trusted" : axis.state === "following" ? "Not trusted" : stateText(axis.state));
       say(verdict.querySelector("b + span"), worst ? brief(worst.text) : (silent ? `for ${duration(age)}` : axis.why ?? ""));
       say(meta, `${stateText(silent ? "stale" : axis.state)}; ${age === null ? "no samples yet" : old ? `newest sample ${duration(age)} ago` : `data ${duration(age)} old, latency ${latencyText(latencyOf(axis))}`}`);
-      say(stale, old ? `${document.body.dataset.connection === "broken" || !["stale", "refused"].includes(axis.state) ? "The server does not answer" : silent ? "No samples arrive from this axis" : "What this axis sends is refused"}: figures and curves below are the last known ones, not those of now.` : "");
+      say(stale, old ? `${isSilent(axis, now) || !["stale", "refused"].includes(axis.state) ? "The server does not answer" : silent ? "No samples arrive from this axis" : "What this axis sends is refused"}: figures and curves below are the last known ones, not those of now.` : "");
       mark(columns, "data-stale", old);
       const until = maintenanceText(axis);
       say(maintained, until && `${until}: no alarm of this axis is told.`);

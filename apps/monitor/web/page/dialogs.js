@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What a person is asked before something is done. The browser's own <dialog> keeps the focus and gives it back.
-import { h, say } from "./dom.js";
+import { h, nearest, say } from "./dom.js";
 import { duration } from "./words.js";
 
 const WHO = "resonid-who";
@@ -13,10 +13,12 @@ function askAndDo({ title, text = "", fields, button, run }) {
     const confirm = h("button", { type: "submit" }, button);
     const id = `dialog-${++controls}`; // a question for a token may stand above another one
     let result = null;
+    const opener = document.activeElement;
     const dialog = h("dialog", { "aria-labelledby": id },
       h("form", {
         method: "dialog", onsubmit: async (event) => {
           event.preventDefault();
+          const focused = document.activeElement; // what is disabled loses it
           confirm.disabled = true;
           say(error, "");
           try {
@@ -25,6 +27,7 @@ function askAndDo({ title, text = "", fields, button, run }) {
           } catch (problem) {
             say(error, problem.message);
             confirm.disabled = false;
+            focused?.focus();
           }
         },
       },
@@ -33,6 +36,11 @@ function askAndDo({ title, text = "", fields, button, run }) {
       h("div", { class: "buttons" }, confirm, h("button", { type: "button", class: "plain-button", onclick: () => dialog.close() }, "Cancel"))));
     dialog.addEventListener("close", () => {
       dialog.remove();
+      // The button may have been written anew meanwhile.
+      if (opener && !opener.isConnected) {
+        const content = document.getElementById("content");
+        ((opener.dataset.focus && nearest(content, opener.dataset.focus)) || content).focus({ preventScroll: true });
+      }
       resolve(result);
     });
     document.body.append(dialog);
@@ -50,7 +58,8 @@ function control({ name, label, kind = "text", options, required = true, value =
     ? h("select", common, options.map(([v, text]) => h("option", { value: v }, text)))
     : kind === "area" ? h("textarea", { ...common, rows: 3, maxlength: most }) : h("input", { ...common, type: kind, maxlength: most });
   if (value) element.value = value;
-  return { name, element, read: () => element.value.trim(), part: h("div", { class: "field" }, h("label", { for: id }, label), element) };
+  // The server takes one line.
+  return { name, element, read: () => element.value.trim().replace(/\s+/g, " "), part: h("div", { class: "field" }, h("label", { for: id }, label), element) };
 }
 
 /** As askAndDo(), with who does it, kept for the next time, and why, which may be `optional`. */
@@ -78,7 +87,7 @@ const TOKEN_FOR = { read: "The server shows its data only with a token.", write:
 /** A token for reading or writing ("read", "write"); `why` the one before was not enough. Null when the person gives none. */
 export const askToken = (what, why) => askAndDo({
   title: what === "read" ? "Token needed to read" : "Token needed", text: [why, TOKEN_FOR[what], "It is kept until this tab is closed."].filter(Boolean).join(" "),
-  fields: [{ name: "token", label: "Token", kind: "password", autocomplete: "current-password" }], button: "Continue", run: async ({ token }) => token,
+  fields: [{ name: "token", label: "Token", kind: "password", autocomplete: "current-password", most: null }], button: "Continue", run: async ({ token }) => token,
 });
 
 /** A line that says what was done; gone after a while. */

@@ -25,6 +25,13 @@ export function mark(element, name, value) {
   else if (element.getAttribute(name) !== String(value)) element.setAttribute(name, value === true ? "" : value);
 }
 
+/** The element of a data-focus, or where there is none any more, one nearby: of the same alarm, or the first. */
+export function nearest(part, focus) {
+  const all = [...part.querySelectorAll("[data-focus]")];
+  const tail = /-[^-]*$/.exec(focus)?.[0];
+  return all.find((e) => e.dataset.focus === focus) ?? all.find((e) => tail && e.dataset.focus.endsWith(tail)) ?? all[0];
+}
+
 /** Replaces the children of a part that is shown anew, if `key` says that they differ; the focus stays with the element of the
  *  same data-focus. */
 export function renew(part, key, children) {
@@ -33,7 +40,7 @@ export function renew(part, key, children) {
   part.shownKey = text;
   const focus = part.contains(document.activeElement) ? document.activeElement.closest("[data-focus]")?.dataset.focus : null;
   part.replaceChildren(...children().flat().filter(Boolean));
-  if (focus) [...part.querySelectorAll("[data-focus]")].find((e) => e.dataset.focus === focus)?.focus({ preventScroll: true });
+  if (focus) nearest(part, focus)?.focus({ preventScroll: true });
 }
 
 const SVG = "http://www.w3.org/2000/svg";

@@ -141,6 +141,7 @@ export function fleetView(main, { fleet, alarms, query, serverNow }) {
   }
 
   function fillFigures(r, axis) {
+    if (!axis.motion) return; // by which the units are
     const names = orderedFigures(axis.figures).filter((name) => Number.isFinite(axis.figures[name].value));
     const usual = FIGURES.map((f) => names.find((name) => name.startsWith(f))).filter(Boolean);
     let some = [...usual, ...names.filter((name) => !usual.includes(name))].slice(0, FIGURES.length);
@@ -194,7 +195,7 @@ export function fleetView(main, { fleet, alarms, query, serverNow }) {
     // What is moved loses the focus.
     if (focused?.isConnected && document.activeElement !== focused) focused.focus({ preventScroll: true });
     if (!wanted.has(current)) setCurrent(visible[0] ?? null);
-    say(hits, all.length === 0 ? "No axes yet: the server waits for the first samples."
+    say(hits, all.length === 0 ? (fleet.problem ? `The axes could not be loaded: ${fleet.problem}` : fleet.server.told_at === null ? "Loading …" : "No axes yet: the server waits for the first samples.")
       : (found.length === all.length ? plural(all.length, "axis", "axes") : `${plural(found.length, "axis", "axes")} of ${all.length}`) +
         (found.length > visible.length ? `, the worst ${visible.length} shown` : ""));
     mark(more, "hidden", found.length <= visible.length);

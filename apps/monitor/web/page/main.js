@@ -8,7 +8,7 @@ import { axisView } from "./axis.js";
 import { compareView } from "./compare.js";
 import { h, say } from "./dom.js";
 import { fleetView } from "./fleet.js";
-import { Fleet, troublesOf } from "./model.js";
+import { Fleet, summary, troublesOf } from "./model.js";
 import { parse } from "./route.js";
 import { statusView } from "./status.js";
 import { Stream } from "./stream.js";
@@ -17,7 +17,7 @@ import { isOpen, plural, sentence } from "./words.js";
 
 /** All axes are asked for anew this often: what a frame left out, and the clock's difference. */
 const RESYNC_MS = 60000;
-/** Instead of a stream, where too many are open. */
+/** Instead of a stream, where too many are open, and where an answer failed. */
 const POLL_MS = 4000;
 /** The service is asked how it is. */
 const SERVICE_MS = 10000;
@@ -31,6 +31,8 @@ const GATHER_MS = 1500;
 const main = document.getElementById("content");
 const fleet = new Fleet();
 const alarms = new Map();
+/** Whether all alarms were told once, and why not the last time; empty: they were. */
+const listing = { complete: false, problem: "", running: 0 };
 const unixNow = () => Date.now() / 1000;
 const serverNow = () => unixNow() + fleet.offset.s;
 let view = null;
@@ -38,33 +40,53 @@ let shownPath = "";
 /** Where the focus was on a page that may be come back to. */
 const places = new Map();
 
+let syncing = false;
 async function resync() {
+  if (syncing) return;
+  syncing = true;
   const asked = unixNow();
   try {
     const answer = await get("axes");
     fleet.calibrate(answer.time_s, asked, unixNow());
     fleet.replace(list(answer.axes), performance.now());
-    view?.update(performance.now(), true);
-    showTitle();
+    fleet.problem = "";
   } catch (error) {
     console.warn("axes:", error.message);
+    fleet.problem = error.message;
+  } finally {
+    syncing = false;
   }
+  view?.update(performance.now(), true);
+  showTitle();
 }
 
 /** The newest ones, and all that are open, however old. What is in neither has been over for long. */
 async function reloadAlarms() {
-  const before = new Set(alarms.keys());
+  const before = new Map(alarms);
+  listing.running += 1;
   try {
     const answers = await Promise.all(["", "state=open&"].map((which) => get(`alarms?${which}limit=${MOST_ALARMS}`)));
     const [newest, open] = answers.map((answer) => list(answer.alarms));
-    for (const alarm of [...newest, ...open]) {
-      alarms.set(String(alarm.id), alarm);
-      before.delete(String(alarm.id));
-    }
-    if (open.length < MOST_ALARMS) for (const id of before) alarms.delete(id);
+    // What the stream told meanwhile is newer.
+    const asItWas = (id) => alarms.get(id) === before.get(id);
+    const told = new Map([...newest, ...open].map((alarm) => [String(alarm.id), alarm]));
+    if (open.length < MOST_ALARMS) for (const id of before.keys()) if (!told.has(id) && asItWas(id)) alarms.delete(id);
+    for (const [id, alarm] of told) if (asItWas(id)) alarms.set(id, alarm);
+    listing.complete = true;
+    listing.problem = "";
   } catch (error) {
     console.warn("alarms:", error.message);
+    listing.problem = error.message;
+  } finally {
+    listing.running -= 1;
   }
+}
+
+/** A page may be open for weeks: alarms that are over go, the oldest first. */
+function forget() {
+  const over = [...alarms].filter(([, a]) => !a.active && a.acknowledged && !a.latched && !a.shelved);
+  over.sort(([, a], [, b]) => (a.raised_time_s ?? 0) - (b.raised_time_s ?? 0));
+  for (const [id] of over.slice(0, alarms.size - MOST_ALARMS)) alarms.delete(id);
 }
 
 let troubles = troublesOf({});
@@ -92,6 +114,7 @@ const tellNew = () => {
 function alarmEvent(alarm) {
   const old = alarms.get(String(alarm.id));
   alarms.set(String(alarm.id), alarm);
+  if (alarms.size > 2 * MOST_ALARMS) forget();
   showTitle();
   if (!alarm.axis) askService(); // of the installation: what it is about stands in the header
   if (alarm.active && isOpen(alarm) && !alarm.acknowledged && !(old?.active && !old.acknowledged)) {
@@ -140,10 +163,11 @@ function route() {
     view.leave?.();
   }
   const first = view === null;
-  const build = path[0] === "axis" ? (path[2] === "compare" ? compareView : path[1] ? axisView : notFound) : VIEWS[path[0] ?? ""] ?? notFound;
+  const named = Object.hasOwn(VIEWS, path[0] ?? "") ? VIEWS[path[0] ?? ""] : notFound;
+  const build = path[0] === "axis" ? (path[2] === "compare" ? compareView : path[1] ? axisView : notFound) : named;
   main.replaceChildren();
   shownPath = key;
-  view = build(main, { fleet, alarms, path, query, serverNow, reloadAlarms });
+  view = build(main, { fleet, alarms, listing, path, query, serverNow, reloadAlarms });
   stream.follow(view.axis ?? null);
   top.current(view.nav);
   view.update(performance.now(), true);
@@ -172,7 +196,7 @@ document.querySelector(".skip").addEventListener("click", (event) => {
 
 /** Also in a background tab, where nothing is drawn. */
 function showTitle() {
-  const open = [...fleet.axes.values()].reduce((n, a) => n + (a.unacknowledged ?? 0), 0);
+  const open = summary([...fleet.axes.values()], alarms, performance.now()).unacknowledged;
   const text = `${open ? `(${open}) ` : ""}${view?.title ?? ""} – resonid`;
   if (document.title !== text) document.title = text;
 }
@@ -182,7 +206,7 @@ function tick(now) {
   requestAnimationFrame(tick);
   if (now - ticked < TICK_MS) return;
   ticked = now;
-  top.update({ fleet, alarms, stream, now: performance.now(), axis: view?.axis, troubles });
+  top.update({ fleet, alarms, listing, stream, now: performance.now(), axis: view?.axis, troubles });
   view?.update(performance.now());
   showTitle();
 }
@@ -190,7 +214,10 @@ function tick(now) {
 watchLayout(main);
 resync();
 setInterval(resync, RESYNC_MS);
-setInterval(() => { if (stream.full) resync(); }, POLL_MS);
+setInterval(() => {
+  if (stream.full || fleet.problem) resync();
+  if (listing.problem && !listing.running) reloadAlarms();
+}, POLL_MS);
 askService();
 setInterval(askService, SERVICE_MS);
 route();

@@ -12,6 +12,8 @@ const OLD_S = 5;
 /** What a status lacks that has none. */
 const NOTHING = { why: "", time_s: null, age_s: null, latency_s: null, maintenance_until_time_s: null, worst_alarm: null };
 const NO_FIGURE = { value: null, std: null, change: null, change_std: null };
+/** What a figure lacks besides, where a whole status does: a baseline that was forgotten, limits that were taken away. */
+const NO_BASELINE = { baseline: null, low: null, high: null };
 
 export class Fleet {
   axes = new Map();
@@ -19,6 +21,8 @@ export class Fleet {
   server = { told_at: null };
   /** Server's UNIX time less the browser's, and half the time that a question took: how well it is known. */
   offset = { s: 0, half: Infinity };
+  /** Why the axes could not be had the last time; empty: they could. */
+  problem = "";
 
   /** All axes, as /api/v1/axes tells them; those that it lacks are gone. */
   replace(list, now) {
@@ -30,7 +34,7 @@ export class Fleet {
 
   /** A frame tells of some axes what changes; what hardly does (baseline, limits, counters) stays as it was. */
   frame({ time_s: time, axes }, now, unixNow) {
-    const transit = isNumber(time) ? Math.max(0, unixNow + this.offset.s - time) : 0;
+    const transit = isNumber(time) && Number.isFinite(this.offset.half) ? Math.max(0, unixNow + this.offset.s - time) : 0;
     for (const [name, status] of Object.entries(axes ?? {})) {
       const before = this.axes.get(name)?.sample;
       this.merge(name, status, now);
@@ -45,7 +49,8 @@ export class Fleet {
     if (!axis) this.axes.set(name, axis = { server: this.server, told_at: now, figures: {} });
     this.server.told_at = now;
     const { figures } = axis;
-    for (const key in figures) Object.assign(figures[key], NO_FIGURE);
+    // Frames tell no motion.
+    for (const key in figures) Object.assign(figures[key], NO_FIGURE, status.motion ? NO_BASELINE : null);
     for (const key in status.figures) figures[key] = Object.assign(figures[key] ?? {}, status.figures[key]);
     Object.assign(axis, NOTHING, status, { name, figures });
     if (isNumber(status.age_s)) axis.told_at = now;
@@ -54,8 +59,11 @@ export class Fleet {
 
   /** The clock's difference by a question asked at `asked` and answered at `answered` (both UNIX, the browser's). */
   calibrate(time, asked, answered) {
+    if (!isNumber(time)) return;
     const half = (answered - asked) / 2;
-    if (isNumber(time) && half <= this.offset.half * 1.5) this.offset = { s: time - (asked + answered) / 2, half };
+    const s = time - (asked + answered) / 2;
+    // Clocks drift and are set: what contradicts the best answer so far takes its place.
+    if (half <= this.offset.half * 1.5 || Math.abs(s - this.offset.s) > half + this.offset.half) this.offset = { s, half };
   }
 
   /** When the machine was as an axis' figures, or what it told of another time, say; null where that is now, or not known. */
@@ -72,8 +80,11 @@ export const ageOf = (axis, now) => (isNumber(axis.age_s) ? axis.age_s + Math.ma
 /** Learns, or waits to: figures that it may still tell are those of before. */
 export const isLearning = ({ state }) => state === "waiting" || state === "learning";
 
+/** Whether the server says nothing of any axis. */
+export const isSilent = ({ server }, now) => now - server.told_at > SILENT_MS;
+
 /** How old samples may be is the server's to say, which knows when they are due. */
-export const isStale = (axis, now) => axis.state === "stale" || axis.state === "refused" || (axis.state !== "waiting" && now - axis.server.told_at > SILENT_MS);
+export const isStale = (axis, now) => axis.state === "stale" || axis.state === "refused" || (axis.state !== "waiting" && isSilent(axis, now));
 
 /** Seconds from the newest sample to this page, or to its estimate; null where the sender's clock is ahead, so that nobody knows. */
 export const latencyOf = (axis) => axis.seen_latency_s ?? (axis.latency_s > 0 ? axis.latency_s : null);
@@ -146,8 +157,7 @@ export const troublesOf = ({ store, sources }) => ({
 export function summary(axes, alarms, now) {
   const out = { axes: axes.length, stale: 0, alarms: 0, unacknowledged: 0, age: null, latency: null };
   for (const alarm of alarms.values()) {
-    // Those of an axis it counts itself, but for what only waits to be reset.
-    if (!isOpen(alarm) || (alarm.axis && (alarm.active || !alarm.acknowledged))) continue;
+    if (alarm.axis || !isOpen(alarm)) continue; // those of an axis it counts itself
     out.alarms += 1;
     out.unacknowledged += alarm.acknowledged ? 0 : 1;
   }

@@ -19,13 +19,13 @@ export function link(path, query = {}) {
   return "#/" + path.map(encodeURIComponent).join("/") + (tail ? "?" + tail : "");
 }
 
-/** Changes part of the state; `replace` leaves no step for the back button. */
+/** Changes part of the state; `replace` leaves no step for the back button. What is asked for once more is loaded anew. */
 export function go(path, query, { replace = false } = {}) {
   const to = link(path, query);
-  if (to === location.hash) return;
-  if (!replace) location.hash = to;
-  else {
-    history.replaceState(null, "", to);
-    dispatchEvent(new HashChangeEvent("hashchange"));
+  if (!replace && to !== location.hash) {
+    location.hash = to;
+    return;
   }
+  if (to !== location.hash) history.replaceState(null, "", to);
+  dispatchEvent(new HashChangeEvent("hashchange"));
 }

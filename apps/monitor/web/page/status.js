@@ -3,7 +3,7 @@
 import { isNumber, list, words } from "./report/format.js";
 import { get } from "./api.js";
 import { grid, h, renew, say } from "./dom.js";
-import { bytesText, count, duration, moment, plural, sentence, stamp } from "./words.js";
+import { bytesText, count, duration, plural, sentence, stamp } from "./words.js";
 
 const EVERY_MS = 3000;
 
@@ -15,8 +15,8 @@ export function statusView(main) {
   const load = async () => {
     asked = performance.now();
     try {
-      const [s, trail] = await Promise.all([get("status"), get("audit?limit=50").catch(() => null)]);
-      say(problem, "");
+      const [s, trail] = await Promise.all([get("status"), get("audit?limit=50").catch((error) => ({ problem: error.message }))]);
+      say(problem, trail.problem ? `The audit trail could not be loaded: ${trail.problem}` : "");
       const put = (box, rows, caption) => renew(box.lastElementChild, rows, () => [grid(["What", "Value"], rows, { caption, className: "facts" })]);
       put(about, [["Version", s.version ?? "–"], ["Started", stamp(s.started_time_s)], ["Running for", duration(s.uptime_s)], ["Axes", count(s.axes)]], "The service");
       const head = ["Source", "Kind", "State", "Promise", "Messages", "Bytes", "Lost", "Note"];
@@ -28,8 +28,8 @@ export function statusView(main) {
       put(store, [["Stored", bytesText(db.bytes)], ["Waiting to be stored", isNumber(db.pending) ? plural(db.pending, "row") : "–"],
         ["Disk", db.disk_full ? "FULL: nothing is stored until there is room" : db.text || "has room"],
         ["One false alarm of the installation in", duration(limit.false_alarm_interval_s)], ["One false alarm per figure in", duration(limit.per_figure_s)]], "Store and threshold");
-      const events = list(trail?.audit);
-      renew(audit.lastElementChild, events, () => [events.length ? grid(["Time", "Axis", "What", "By", "Reason"], events.map((e) => [moment(e.time_s), e.axis ?? "–", words(e.action), e.who ?? "–", e.reason ?? sentence(e.text)]), { caption: "What people and the service did, newest first", className: "plain" }) : h("p", { class: "soft" }, "Nothing yet.")]);
+      const events = list(trail.audit);
+      if (!trail.problem) renew(audit.lastElementChild, events, () => [events.length ? grid(["Time", "Axis", "What", "By", "Reason"], events.map((e) => [stamp(e.time_s), e.axis ?? "–", words(e.action), e.who ?? "–", e.reason ?? sentence(e.text)]), { caption: "What people and the service did, newest first", className: "plain" }) : h("p", { class: "soft" }, "Nothing yet.")]);
     } catch (error) {
       say(problem, `The status could not be loaded: ${error.message}`);
     }

@@ -4,6 +4,8 @@
 
 /** Without an event for so long the connection is opened anew: a dead one tells nothing. */
 const SILENT_MS = 20000;
+/** To connect may take longer; where nothing answers the browser would wait for minutes. */
+const HANGS_MS = 60000;
 const FIRST_WAIT_MS = 1000;
 const LONGEST_WAIT_MS = 10000;
 const EVENTS = ["hello", "frame", "alarm", "axis", "response"];
@@ -22,7 +24,8 @@ export class Stream {
     this.brokenAt = null;
     this.heard = performance.now();
     setInterval(() => {
-      if (this.state === "open" && performance.now() - this.heard > SILENT_MS) this.reopen();
+      const waits = this.state === "open" ? SILENT_MS : this.source?.readyState === EventSource.CONNECTING ? HANGS_MS : Infinity;
+      if (performance.now() - this.heard > waits) this.reopen();
     }, 2000);
     addEventListener("online", () => { if (this.state === "broken") this.reopen(); });
   }
@@ -44,6 +47,7 @@ export class Stream {
     const text = query.toString();
     const source = new EventSource("api/v1/stream" + (text ? "?" + text : ""));
     this.source = source;
+    this.heard = performance.now();
     source.onopen = () => {
       this.waits = FIRST_WAIT_MS;
       this.heard = performance.now();

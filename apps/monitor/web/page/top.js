@@ -31,7 +31,7 @@ export function drawTop(header) {
   }));
   return {
     current: (id) => { for (const [name, a] of links) mark(a, "aria-current", name === id ? "page" : null); },
-    update: ({ fleet, alarms, stream, now, axis, troubles }) => {
+    update: ({ fleet, alarms, listing, stream, now, axis, troubles }) => {
       const axes = [...fleet.axes.values()];
       const all = summary(axes, alarms, now);
       if (stream.state === "open") items.connection("good", "Connected");
@@ -51,7 +51,9 @@ export function drawTop(header) {
       const latency = one ? one.seen_latency_s : all.latency;
       items.latency(null, stale || latency === null || latency === undefined ? "Latency –" : `Latency ${latencyText(latency)}`);
       items.zone(null, `Times ${zone(Date.now() / 1000)}`);
-      if (all.alarms === 0 && all.unacknowledged === 0) items.alarms("good", "No alarm open");
+      const heard = stream.state === "open" || stream.full;
+      if (all.alarms === 0 && !listing.complete) items.alarms("wait", "Alarms not known yet");
+      else if (all.alarms === 0) items.alarms(heard ? "good" : "stale", heard ? "No alarm open" : "No alarm was open");
       else items.alarms(all.unacknowledged ? "bad" : "warning", `${plural(all.alarms, "alarm")} open` + (all.unacknowledged ? `, ${all.unacknowledged} not acknowledged` : ""));
     },
   };

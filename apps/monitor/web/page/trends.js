@@ -6,12 +6,18 @@ import { release } from "./report/plot.js";
 import { fileLink, get, part } from "./api.js";
 import { grid, h, mark, renew, say } from "./dom.js";
 import { tableOnDemand } from "./response.js";
-import { bare, duration, figureOf, fromInput, moment, orderedFigures, stamp, toInput } from "./words.js";
+import { bare, duration, figureOf, fromInput, moment, orderedFigures, stamp, toInput, zone } from "./words.js";
 
 const SPANS = [[600, "10 min"], [3600, "1 h"], [6 * 3600, "6 h"], [86400, "1 day"], [7 * 86400, "1 week"], [30 * 86400, "1 month"], [365 * 86400, "1 year"], [5 * 365 * 86400, "5 years"]];
 const DEFAULT_SPAN = 3600;
 const PREFERRED = ["resonance", "stiffness", "modulus_margin"];
 const SHORTEST_S = 1;
+/** What may be stored of an axis that tells no figures of now, as while it learns. */
+const STORED = ["resonance_hz", "antiresonance_hz", "stiffness", "driven_inertia", "load_inertia", "damping", "coulomb_friction", "load_torque", "modulus_margin", "phase_margin_deg", "gap"];
+/** After an answer that failed. */
+const AGAIN_MS = 5000;
+/** The last time that the interface takes. */
+const LAST_S = 9e9;
 /** One answer has no more alarms. */
 const MOST_ALARMS = 1000;
 
@@ -62,14 +68,14 @@ export function trendsPart(root, { name: axis, setQuery, serverNow }) {
   const announced = h("p", { class: "unseen", role: "status" });
   const pick = h("div", { class: "chips", role: "group", "aria-label": "Figures" });
   const spans = h("div", { class: "chips", role: "group", "aria-label": "Time shown" });
-  const [fromField, toField] = ["From", "To"].map((text) => h("input", { type: "datetime-local", step: 1, "aria-label": text }));
+  const [fromField, toField] = ["From", "To"].map((text) => h("input", { type: "datetime-local", step: 1, "aria-label": text, oninput: () => { edited = true; } }));
   const move = h("div", { class: "chips", role: "group", "aria-label": "Move the time" });
   const charts = h("div", { class: "trends" });
   const problem = h("p", { class: "error", role: "alert" });
   const evidence = h("p", { class: "small" });
   const box = h("section", { class: "trend-box" }, h("h2", {}, "Trends"), resolution, announced,
     h("div", { class: "tools" }, pick), h("div", { class: "tools" }, spans, move,
-      h("form", { class: "range", onsubmit: (event) => { event.preventDefault(); const [a, b] = [fromInput(fromField.value), fromInput(toField.value)]; if (a !== null && b > a) choose([a, b]); else say(problem, "The end must lie after the beginning."); } },
+      h("form", { class: "range", onsubmit: (event) => { event.preventDefault(); const [a, b] = [fromInput(fromField.value), fromInput(toField.value)]; if (a !== null && b > a) { edited = false; choose([a, b]); } else say(problem, "The end must lie after the beginning."); } },
         h("label", {}, "from ", fromField), h("label", {}, "to ", toField), h("button", { type: "submit", class: "quiet" }, "Show"))),
     problem, charts, evidence);
   root.append(box);
@@ -83,13 +89,17 @@ export function trendsPart(root, { name: axis, setQuery, serverNow }) {
   let alarms = [];
   let drawn = new Map();
   let fetchedAt = -Infinity;
+  let fetchedUntil = 0; // the time of the axis when it was asked for
+  let failed = false;
   let running = null;
   let zoomTimer = 0;
   let picked = "";
   let chose = false;
+  let edited = false; // times that are not shown yet
 
-  const rangeNow = () => what.range ?? [serverNow() - what.span, serverNow()];
-  const choose = (range) => setQuery({ span: "", from: Math.round(range[0] * 1000) / 1000, to: Math.round(range[1] * 1000) / 1000 });
+  const rangeNow = () => what.range ?? [Math.max(0, serverNow() - what.span), serverNow()];
+  const within = (t) => Math.round(Math.min(Math.max(t, 0), LAST_S) * 1000) / 1000;
+  const choose = (range) => setQuery({ span: "", from: within(range[0]), to: within(range[1]) });
   const spanButtons = SPANS.map(([span, text]) => h("button", { type: "button", "aria-pressed": "false", onclick: () => setQuery({ span: span === DEFAULT_SPAN ? "" : span, from: "", to: "" }) }, text));
   spans.append(...spanButtons);
   const shift = (by) => { const [a, b] = rangeNow(); const d = by * (b - a); choose([a + d, b + d]); };
@@ -103,9 +113,13 @@ export function trendsPart(root, { name: axis, setQuery, serverNow }) {
     if (!shown || !isNumber(low) || !isNumber(high)) return;
     const [a, b] = shown.range;
     const tiny = 0.002 * (b - a);
-    if (Math.abs(low - a) < tiny && Math.abs(high - b) < tiny) return clearTimeout(zoomTimer);
     clearTimeout(zoomTimer);
-    zoomTimer = setTimeout(() => { if (high - low >= SHORTEST_S) choose([low, high]); }, 350);
+    zoomTimer = 0;
+    if (Math.abs(low - a) < tiny && Math.abs(high - b) < tiny) return;
+    zoomTimer = setTimeout(() => {
+      zoomTimer = 0;
+      if (high - low >= SHORTEST_S) choose([low, high]);
+    }, 350);
   }
 
   function show() {
@@ -130,11 +144,11 @@ export function trendsPart(root, { name: axis, setQuery, serverNow }) {
     }
     const [from, to] = range;
     const kind = { row: "rows of one second", "five-minutes": "means over five minutes", hour: "hourly means", day: "daily means" }[history.resolution] ?? history.resolution;
-    say(resolution, list(history.time_s).length ? `${moment(from)} to ${stamp(to)} (${duration(to - from)}), from ${kind}. Drag over a chart to zoom; the back button undoes it.`
+    say(resolution, list(history.time_s).length ? `${zone(from) === zone(to) ? moment(from) : stamp(from)} to ${stamp(to)} (${duration(to - from)}), from ${kind}. Drag over a chart to zoom; the back button undoes it.`
       : `Nothing stored between ${moment(from)} and ${moment(to)}.`);
     if (chose) say(announced, resolution.textContent);
     chose = false;
-    if (!box.contains(document.activeElement) || document.activeElement.type !== "datetime-local") {
+    if (!edited && (!box.contains(document.activeElement) || document.activeElement.type !== "datetime-local")) {
       fromField.value = toInput(from);
       toField.value = toInput(to);
     }
@@ -155,19 +169,24 @@ export function trendsPart(root, { name: axis, setQuery, serverNow }) {
     const mine = new AbortController();
     running = mine;
     const range = rangeNow();
+    fetchedUntil = serverNow();
+    failed = false;
     const [from, to] = range.map((t) => t.toFixed(3));
     const points = Math.min(2000, Math.max(200, charts.clientWidth || 600));
     try {
       const [history, told] = await Promise.all([
         get(`axes/${part(axis)}/history?figure=${what.figures.map(part).join(",")}&from=${from}&to=${to}&points=${points}`, mine.signal),
         get(`alarms?axis=${part(axis)}&from=${from}&to=${to}&limit=${MOST_ALARMS}`, mine.signal)]);
-      if (running !== mine) return;
+      if (running !== mine || zoomTimer) return; // where a person zooms right now, that is asked for next
       alarms = list(told.alarms);
       shown = { range, history };
       say(problem, "");
       show();
     } catch (error) {
-      if (error.name !== "AbortError" && running === mine) say(problem, `Trends could not be loaded: ${error.message}`);
+      if (error.name !== "AbortError" && running === mine) {
+        failed = true;
+        say(problem, `Trends could not be loaded: ${error.message}`);
+      }
     } finally {
       if (running === mine) running = null;
     }
@@ -175,14 +194,17 @@ export function trendsPart(root, { name: axis, setQuery, serverNow }) {
 
   return {
     query: (next) => {
-      chose ||= what !== null && ["span", "from", "to"].some((key) => (next[key] ?? "") !== (query[key] ?? ""));
+      const moved = ["span", "from", "to"].some((key) => (next[key] ?? "") !== (query[key] ?? ""));
+      chose ||= what !== null && moved;
+      if (moved) edited = false;
       query = next; what = null; fetchedAt = -Infinity;
     },
     update: (now, axis, more) => {
       figures = axis.figures;
       motion = axis.motion;
-      const all = orderedFigures(figures);
-      if (all.length === 0) return;
+      const told = orderedFigures(figures);
+      if (told.length === 0 && !more) return;
+      const all = told.length ? told : STORED;
       if (what === null || all.length !== names.length) {
         names = all;
         what = chosen(query, names);
@@ -201,8 +223,9 @@ export function trendsPart(root, { name: axis, setQuery, serverNow }) {
         for (const button of pick.children) mark(button, "aria-pressed", what.figures.includes(button.dataset.figure));
       }
       if (shown && more) offerRaw(shown.range, more.raw_from_time_s);
-      // A time that ends now goes on; one that is past stays.
-      const every = what.range ? Infinity : Math.max(2000, (1000 * what.span) / 400);
+      // A time that ends now, or later, goes on; one that is past stays.
+      const usual = what.range && what.range[1] < fetchedUntil ? Infinity : Math.max(2000, (1000 * (what.range ? what.range[1] - what.range[0] : what.span)) / 400);
+      const every = failed ? Math.min(AGAIN_MS, usual) : usual;
       if (!running && (fetchedAt === -Infinity || now - fetchedAt > every) && document.visibilityState === "visible") fetchNow();
     },
     reload: () => { fetchedAt = -Infinity; },
@@ -216,7 +239,7 @@ function historyTable(name, motion, history) {
   const f = history.figures?.[name] ?? {};
   const cell = (column, i) => (isNumber(list(column)[i]) ? significant(column[i], 5) : "–");
   return grid(["Time", figure.title + unit, "Standard deviation", "Least", "Largest", "Trusted"], list(history.time_s).map((t, i) =>
-    [moment(t), cell(f.value, i), cell(f.std, i), cell(f.min, i), cell(f.max, i), trustText(list(f.trusted)[i])]),
+    [stamp(t), cell(f.value, i), cell(f.std, i), cell(f.min, i), cell(f.max, i), trustText(list(f.trusted)[i])]),
   { caption: `${figure.title} over time`, numeric: [1, 2, 3, 4], className: "numbers" });
 }
 
