@@ -96,6 +96,7 @@ export function trendsPart(root, { name: axis, setQuery, serverNow }) {
   let picked = "";
   let chose = false;
   let edited = false; // times that are not shown yet
+  let asked = false; // for something else since the last update
 
   const rangeNow = () => what.range ?? [Math.max(0, serverNow() - what.span), serverNow()];
   const within = (t) => Math.round(Math.min(Math.max(t, 0), LAST_S) * 1000) / 1000;
@@ -197,7 +198,10 @@ export function trendsPart(root, { name: axis, setQuery, serverNow }) {
       const moved = ["span", "from", "to"].some((key) => (next[key] ?? "") !== (query[key] ?? ""));
       chose ||= what !== null && moved;
       if (moved) edited = false;
-      query = next; what = null; fetchedAt = -Infinity;
+      query = next;
+      if (what) what = chosen(query, names); // at once: what a person presses next counts from it
+      asked = true;
+      fetchedAt = -Infinity;
     },
     update: (now, axis, more) => {
       figures = axis.figures;
@@ -205,7 +209,8 @@ export function trendsPart(root, { name: axis, setQuery, serverNow }) {
       const told = orderedFigures(figures);
       if (told.length === 0 && !more) return;
       const all = told.length ? told : STORED;
-      if (what === null || all.length !== names.length) {
+      if (what === null || asked || all.length !== names.length) {
+        asked = false;
         names = all;
         what = chosen(query, names);
         fetchedAt = -Infinity;
