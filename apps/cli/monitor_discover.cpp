@@ -230,7 +230,7 @@ void run_discover(const DiscoverOptions& o) {
   if (!found) throw InputError(fmt::format("--discover {}: {}", o.url, message_of(found.error())));
   if (found->empty())
     throw InputError(
-        fmt::format("--discover {}: no samples came within {:g} s; required CSV, JSON, line "
+        fmt::format("--discover {}: nothing came within {:g} s that are samples; required CSV, JSON, line "
                     "protocol or frames",
                     o.url, o.seconds));
   const auto sources = monitor::sources_of(*found, place.where);

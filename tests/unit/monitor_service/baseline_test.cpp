@@ -72,6 +72,10 @@ TEST(Service, KeepsABaselinesCurveAndAMaintenanceOverARestart) {
     auto service = Service::start(installation(folder.path(), values, 0.0));
     ASSERT_TRUE(service) << message_of(service.error());
     auto& backend = (*service)->backend();
+    const auto early = backend.act(action_of(web::ActionKind::baseline));
+    ASSERT_FALSE(early) << "nothing is trusted yet";
+    EXPECT_EQ(early.error().kind, web::Problem::Kind::conflict);
+    EXPECT_NE(early.error().message.find("trusted"), std::string::npos) << early.error().message;
     ASSERT_TRUE(comes_true([&] {
       const auto response = backend.response("axis0");
       return response && response->time_s > kBegin_s + 49.0;
