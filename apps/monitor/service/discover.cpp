@@ -15,6 +15,7 @@
 #include "io/described_text.hpp"
 #include "io/signal_units.hpp"
 #include "io/text.hpp"
+#include "io/units.hpp"
 #include "monitor/service/axis_spec_of.hpp"
 
 namespace resonid::monitor {

@@ -131,8 +131,9 @@ std::vector<DemoMachine> demo_machines() {
   belt.experiment.disturbance.loosening_over_s = 60.0;
 
   DemoMachine shaft{"shaft", io::shipped_experiment("shaft_drive"), 60.0, 30.0};
-  shaft.experiment.excitation.repeat = true;
-  shaft.experiment.actuator.lag_s = 0.0;  // no estimator on line models it
+  shaft.experiment.excitation.kind = online::Kind::prbs;  // followed for good, as no sweep is
+  shaft.experiment.excitation.register_length = 10;
+  shaft.experiment.actuator.lag_s = 0.0;  // which no estimator on line models
 
   DemoMachine conveyor{"conveyor", io::shipped_experiment("load_steps")};
   conveyor.experiment.friction.driven = {0.3, 0.4, 0.5};
