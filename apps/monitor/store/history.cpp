@@ -16,6 +16,7 @@ using detail::Query;
 using monitoring::Watched;
 
 constexpr std::size_t kMostPoints = 100'000;
+constexpr std::int64_t kRowNs = 1'000'000'000;            // one a second
 constexpr std::int64_t kRowsSpanNs = 2 * kDayNs;          // by itself: a day of rows takes 0.1 s
 constexpr std::int64_t kFiveMinutesSpanNs = 62 * kDayNs;  // likewise: of 18 000 summaries
 constexpr std::int64_t kMostRowsSpanNs = 31 * kDayNs;     // even where it is asked for
@@ -57,16 +58,22 @@ Resolution choose(detail::Connection& connection, std::int64_t axis, const Histo
   if (span <= kRowsSpanNs && reaches(rows, hours, kHourNs)) return Resolution::row;
   if (span <= kFiveMinutesSpanNs && step < kHourNs && reaches(parts, hours, kHourNs))
     return Resolution::five_minutes;
-  if (step < kDayNs && reaches(hours, days, kDayNs)) return Resolution::hour;
+  if ((step < kDayNs || !days) && reaches(hours, days, kDayNs)) return Resolution::hour;
   return Resolution::day;
 }
 
 /// Points of equal steps, from rows or from summaries that come in the order of time.
 class Points {
  public:
+  /// @param newest_ns of the rows: a stretch goes on until then
   Points(const HistoryQuery& query, double memory_s, std::int64_t step_ns, std::int64_t length_ns,
-         History& history)
-      : query_(query), memory_s_(memory_s), step_ns_(step_ns), length_ns_(length_ns), history_(history) {
+         std::int64_t newest_ns, History& history)
+      : query_(query),
+        memory_s_(memory_s),
+        step_ns_(step_ns),
+        length_ns_(length_ns),
+        newest_ns_(newest_ns),
+        history_(history) {
     gatherers_.resize(query.figures.size());
     parts_.resize(query.figures.size());
     history_.figures.resize(query.figures.size());
@@ -79,7 +86,9 @@ class Points {
   }
 
   void add_summary(std::int64_t start_ns, const Summary& summary) {
-    begin(std::max(start_ns, query_.from_ns), start_ns + length_ns_ / 2);
+    const std::int64_t there_ns =
+        newest_ns_ > start_ns ? std::min(length_ns_, newest_ns_ - start_ns + kRowNs) : length_ns_;
+    begin(std::max(start_ns, query_.from_ns), start_ns + there_ns / 2);
     for (std::size_t i = 0; i < parts_.size(); ++i)
       parts_[i].push_back(summary[static_cast<std::size_t>(query_.figures[i])]);
   }
@@ -112,6 +121,7 @@ class Points {
   const HistoryQuery& query_;
   double memory_s_;
   std::int64_t step_ns_, length_ns_;  // of a point, and of a summary
+  std::int64_t newest_ns_;
   History& history_;
   std::int64_t index_ = -1, first_ns_ = 0;
   double after_first_ns_ = 0.0;
@@ -251,7 +261,14 @@ expected<History, StoreError> Reader::history(const HistoryQuery& query) {
     const auto [table, length] = stretches_of(history.resolution);
     if (!by_rows) step = std::max(step, length);
     history.step_s = static_cast<double>(step) * 1e-9;
-    Points points(query, axis->memory_s, step, length, history);
+    std::int64_t last = query.from_ns;
+    if (Query newest(impl_->connection,
+                     "SELECT max((SELECT coalesce(max(time_ns), ?1) FROM rows WHERE axis = ?2), "
+                     "(SELECT coalesce(max(time_ns), ?1) FROM fresh WHERE axis = ?2))",
+                     query.from_ns, axis->id);
+        newest.next())
+      last = newest.integer(0);
+    Points points(query, axis->memory_s, step, length, last, history);
     if (by_rows) {
       impl_->visit_rows(axis->id, query.from_ns, query.to_ns,
                         [&](std::int64_t time_ns, std::uint64_t, const RowBytes& row) {
@@ -272,11 +289,6 @@ expected<History, StoreError> Reader::history(const HistoryQuery& query) {
           points.add_summary(stored.integer(0), *summary);
       }
       if (history.resolution != Resolution::day) {
-        Query newest(impl_->connection,
-                     "SELECT max((SELECT coalesce(max(time_ns), ?1) FROM rows WHERE axis = ?2), "
-                     "(SELECT coalesce(max(time_ns), ?1) FROM fresh WHERE axis = ?2))",
-                     query.from_ns, axis->id);
-        const std::int64_t last = newest.next() ? newest.integer(0) : query.from_ns;
         end = std::max(end, detail::start_of(last, kHourNs) - kUnsettledNs);
         if (end < query.to_ns)
           add_unsettled(*impl_, *axis, detail::start_of(end, length), length, query, points);

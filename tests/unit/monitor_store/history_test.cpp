@@ -57,6 +57,16 @@ TEST(History, EveryRowWhereThereIsRoom) {
   EXPECT_EQ(history.figures[2][17].rows, 0U);  // none there
 }
 
+TEST(History, LongTimesShowWhatHasJustBegun) {
+  LoosenedMachine machine(1800, 1'000'000);
+  auto reader = machine.reader();
+  const auto history = value(reader.history({"x", {Watched::stiffness}, 0, kStart + 3 * kDay, 1000, {}}));
+  ASSERT_EQ(history.time_ns.size(), 1U);
+  EXPECT_EQ(history.figures[0][0].rows, 1800U);
+  EXPECT_NEAR(static_cast<double>(history.time_ns[0] - kStart), 900e9, 1e9)
+      << "not the middle of an hour in progress";
+}
+
 TEST(History, PointsHaveTheExtremesAndMeansOfTheirRows) {
   LoosenedMachine machine(5000, 2500);
   auto reader = machine.reader();
