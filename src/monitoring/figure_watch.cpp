@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::uint64_t kBlocksBack = 16;
 constexpr double kGrown = 2.0;
-constexpr double kLoadJump = 5.0, kLoadStep = 30.0;  // standard deviations from row to row
+constexpr double kLoadJump = 5.0, kLoadStep = 40.0;  // standard deviations from row to row
 constexpr double kUnsure = 1.5;  // doubt after one: what it moves reaches 8 standard deviations of a block
 constexpr std::uint64_t kUnsureBlocks = 1;
 constexpr double kBack = 1.0 / 3.0;                   // of the change: it has gone
