@@ -117,6 +117,7 @@ inline Installation installation(const std::filesystem::path& data,
   all.engine.workers = 2;
   all.engine.snapshot_every_s = 0.2;
   all.engine.stale_s = 1e6;
+  all.engine.learning_patience_s = 1e6;  // on a busy machine, too, each learns from its first samples
   for (std::size_t a = 0; a < values.size(); ++a) {
     InstalledAxis axis;
     axis.spec.name = "axis" + std::to_string(a);
