@@ -154,6 +154,7 @@ class Engine::Impl {
           replayed(axis.actions.begin(), axis.actions.end()),
           next_action(monitor.last_action() + 1) {
       for (const auto& told : replayed) next_action = std::max(next_action, told.action.id + 1);
+      if (monitor.facts().stale) stopped_at = monitor.facts().sample;
       find_next_end();
     }
     void find_next_end() {
@@ -191,7 +192,7 @@ class Engine::Impl {
     std::vector<By> by;  // whose events those are
     std::int64_t newest_ns = 0, processed_ns = 0, row_ns = 0;
     bool snapshot_useful = false, changed = false, silent = false;
-    bool came_since_stop = false;       // a sample, so that `stale` can end
+    std::uint64_t stopped_at = 0;  // `stale` ends with this sample: former ones come again to be learned from
     std::atomic<bool> learning{false};  // a learner has it, or is to
     std::uint64_t place = 0;            // among those that wait to learn; 0: it does not
     Clock::time_point waits_since;
@@ -257,7 +258,7 @@ class Engine::Impl {
     const std::size_t taken = take_samples(s);
     if (taken > 0) {
       s.progress = now;
-      s.snapshot_useful = s.came_since_stop = true;
+      s.snapshot_useful = true;
     }
     watch_staleness(s, now);
     end_what_is_over(s);
@@ -404,7 +405,7 @@ class Engine::Impl {
   static void take_action(Slot& s, Told told, bool is_new) {
     const std::size_t before = s.out.events.size();
     if (!s.monitor.act(told.action, s.out)) return;
-    if (told.action.kind == ActionKind::stop) s.came_since_stop = false;
+    if (told.action.kind == ActionKind::stop) s.stopped_at = s.monitor.next_sample();
     for (std::size_t i = before; i < s.out.events.size(); ++i)
       s.by.push_back({i, told.who, told.reason, told.action.id, told.time_ns});
     s.find_next_end();
@@ -427,7 +428,8 @@ class Engine::Impl {
     if (!told && lasts(s.progress, longest_s + rule.on_delay_s)) {
       s.reminded = now;
       act_as_service(s, {0, ActionKind::stop});
-    } else if (told && s.came_since_stop && !s.silent && lasts(s.silent_until, rule.off_delay_s)) {
+    } else if (told && s.monitor.next_sample() > s.stopped_at && !s.silent &&
+               lasts(s.silent_until, rule.off_delay_s)) {
       act_as_service(s, {0, ActionKind::resume});
     } else if (told && rule.realarm_s > 0.0 && lasts(s.reminded, rule.realarm_s)) {
       s.reminded = now;

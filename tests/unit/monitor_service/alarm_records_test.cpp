@@ -154,7 +154,9 @@ Ending after_restart(const std::function<void(Installation&)>& change) {
   const auto service = Service::start(std::move(changed));
   EXPECT_TRUE(service) << message_of(service.error());
   auto& backend = (*service)->backend();
-  ending.open = alarms_once(backend, AlarmFilter::active, kOne);
+  alarms_once(backend, AlarmFilter::active, kOne);
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));  // samples that it had come again
+  ending.open = backend.alarms({AlarmFilter::active, "", 100}).value();
   if (const auto events = backend.events(ending.alarm)) ending.events = *events;
   return ending;
 }
