@@ -114,6 +114,8 @@ inline Installation installation(const std::filesystem::path& data,
   Installation all;
   all.data = data;
   all.version = "test";
+  all.retention.rows_s = all.retention.five_minutes_s = all.retention.evidence_s =
+      0.0;  // the drive ran years ago
   all.engine.workers = 2;
   all.engine.snapshot_every_s = 0.2;
   all.engine.stale_s = 1e6;

@@ -20,7 +20,8 @@ constexpr monitoring::AlarmId kStaleAlarm{AlarmKind::stale, {}};
 
 template <class Condition>
 bool comes(const Condition& condition) {
-  for (int i = 0; i < 3000 && !condition(); ++i) std::this_thread::sleep_for(10ms);
+  for (int i = 0; i < 10'000 && !condition(); ++i)
+    std::this_thread::sleep_for(10ms);  // a busy machine learns slowly
   return condition();
 }
 
