@@ -8,6 +8,7 @@
 #include <functional>
 #include <limits>
 #include <monitor/service/service.hpp>
+#include <monitor/sources/command_source.hpp>
 #include <monitor/sources/file_source.hpp>
 #include <monitor/sources/stream_source.hpp>
 #include <monitor/sources/tcp_source.hpp>
@@ -97,13 +98,14 @@ class BadInput : public testing::Test {
   BadInput() : values_(drive_samples(300.0, 1e9, 3)) {
     EXPECT_EQ(::pipe(pipe_), 0);
     std::ofstream(folder_.path() / "lines.csv") << "ru,u,y\n";
+    std::ofstream(folder_.path() / "garbage", std::ios::binary) << garbage(100'000, 4);
     Installation all;
     all.data = folder_.path() / "data";
     all.version = "test";
     all.engine.workers = 2;
     for (const auto& [name, source] :
          {std::pair{"good", "tcp"}, std::pair{"tcp", "tcp"}, std::pair{"udp", "udp"},
-          std::pair{"file", "file"}, std::pair{"pipe", "pipe"}}) {
+          std::pair{"file", "file"}, std::pair{"pipe", "pipe"}, std::pair{"command", "command"}}) {
       InstalledAxis axis;
       axis.spec.name = name;
       axis.spec.sample_rate_hz = kRate;
@@ -134,6 +136,10 @@ class BadInput : public testing::Test {
     lines.columns = {"ru", "u", "y"};
     all.sources.push_back({"pipe", "stdin", [=, this](Axes& axes) -> Made {
                              return make_stream_source({lines, pipe_[0]}, axes);
+                           }});
+    all.sources.push_back({"command", "command", [=, this](Axes& axes) -> Made {
+                             const std::string path = (folder_.path() / "garbage").string();
+                             return make_command_source({{"tail", "-c", "+1", "-f", path}, lines}, axes);
                            }});
     auto started = Service::start(std::move(all));
     EXPECT_TRUE(started) << message_of(started.error());
@@ -212,7 +218,7 @@ TEST_F(BadInput, OfOneAxisLeavesTheOthersAloneAndIsNamed) {
   file << garbage(100'000, 2) << std::flush;
   pipe(garbage(30'000, 3));
   expect_rows("garbage");
-  for (const char* axis : {"udp", "file", "pipe"}) expect_fault(axis, "format");
+  for (const char* axis : {"udp", "file", "pipe", "command"}) expect_fault(axis, "format");
   const std::string line = "resonid_source_faults_total{source=\"tcp\",kind=\"tcp\",fault=\"format\"}";
   EXPECT_NE(metrics().find(line), std::string::npos);  // nobody knows which axis it was for
   const auto status = nlohmann::json::parse(ask(web_, "GET", "/api/v1/status").body);
