@@ -54,6 +54,11 @@ class Machine {
     x_ = (whole_.a * x_ + whole_.b * effective).eval();
     return y;
   }
+  /// Another one from here on, in the same motion.
+  void change(const data::TwoMassParameters& p) {
+    whole_ = zero_order_hold(data::continuous_system(p), kTs);
+    part_ = whole_;
+  }
   void spin(double velocity) { x_ << velocity, velocity, 0.0; }
   double load = 0.0;
   double coulomb = 0.0;
@@ -281,6 +286,37 @@ TEST(PhysicalTracker, TakesNoJumpOfTheLoadForAnotherMachine) {
     EXPECT_LE(tracker->load_jumps(), kSamples / kBetween + 5) << memory_s;
     EXPECT_NEAR(tracker->value(P::torque_offset), machine.load, 0.05) << memory_s;
   }
+}
+
+TEST(PhysicalTracker, FindsAMachineThatHasSuddenlyChanged) {
+  constexpr std::size_t kBefore = 20000, kWithin = 4000;
+  for (const double stiffness : {0.4, 0.5, 0.6, 0.7, 1.5})  // smaller changes are followed, within the memory
+    for (const double load_inertia : {1.0, 0.7, 1.5}) {
+      auto c = near_belt();
+      c.memory_s = 20.0;
+      const auto tracker = make(c);
+      Machine machine(kBelt);
+      machine.spin(10.0);
+      auto after = kBelt;
+      after.stiffness *= stiffness;
+      after.load_inertia *= load_inertia;
+      std::mt19937_64 generator(23);
+      std::normal_distribution<double> normal;
+      double y = 10.0;
+      for (std::size_t k = 0; k < kBefore + kWithin; ++k) {
+        if (k == kBefore) machine.change(after);
+        const double u = ((generator() & 1U) != 0 ? 1.0 : -1.0) - 0.2 * (y - 10.0);
+        tracker->step(0.0, u, y);
+        y = machine.step(u) + 0.05 * normal(generator);
+      }
+      for (const auto& [p, truth] : {std::pair{P::driven_inertia, after.driven_inertia},
+                                     {P::load_inertia, after.load_inertia},
+                                     {P::stiffness, after.stiffness}}) {
+        const double off = std::abs(tracker->value(p) - truth);
+        EXPECT_LT(off, 5.0 * tracker->standard_deviation(p)) << stiffness << ' ' << load_inertia;
+        EXPECT_LT(tracker->standard_deviation(p), 0.05 * truth) << stiffness << ' ' << load_inertia;
+      }
+    }
 }
 
 TEST(PhysicalTracker, SeesHardlyAJumpWhereThereIsNone) {

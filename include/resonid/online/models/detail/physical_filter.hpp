@@ -150,15 +150,16 @@ class PhysicalFilter {
   void load_jumped(const Known& before, Real velocity) noexcept {
     for (std::size_t i = kX; i < kN; ++i) state_[i] = before.state[i];
     p_ = before.covariance;
-    // The twist that the torque offset's own uncertainty makes.
-    const Real twist =
-        setup_.deviation[kTorqueOffset] * setup_.twist_scale * std::exp(-state_[kLogStiffness]);
-    for (const std::size_t i : {kDrivenVelocity, kLoadVelocity, kScaledTwist, kTorqueOffset}) {
-      for (std::size_t j = 0; j < kN; ++j) p_[i][j] = p_[j][i] = Real(0);
-      const Real deviation = i == kTorqueOffset ? setup_.deviation[i] : std::max(setup_.deviation[i], twist);
-      p_[i][i] = deviation * deviation;
+    forget_plant(velocity);
+  }
+  /// From here on it is another machine: but for friction, no more is known of it than of the first one at
+  /// the start.
+  void machine_changed(Real velocity) noexcept {
+    for (std::size_t i = kLogDrivenInertia; i <= kLogDamping; ++i) {
+      state_[i] = setup_.state[i];
+      forget(i, setup_.deviation[i]);
     }
-    state_[kDrivenVelocity] = state_[kLoadVelocity] = velocity;
+    forget_plant(velocity);
   }
   [[nodiscard]] bool frozen() const noexcept { return frozen_; }
   /// As at the start: the machine turns at what is measured, without twist.
@@ -318,6 +319,20 @@ class PhysicalFilter {
       propagate<kWithoutFriction>(extra_torque_variance);
     else
       propagate<kN>(extra_torque_variance);
+  }
+
+  /// A state of which only the deviation is known.
+  void forget(std::size_t i, Real deviation) noexcept {
+    for (std::size_t j = 0; j < kN; ++j) p_[i][j] = p_[j][i] = Real(0);
+    p_[i][i] = deviation * deviation;
+  }
+  /// Nothing is known of the plant's states and the torque offset but what is measured.
+  void forget_plant(Real velocity) noexcept {
+    const Real offset = setup_.deviation[kTorqueOffset];
+    const Real twist = offset * setup_.twist_scale * std::exp(-state_[kLogStiffness]);  // by that offset
+    for (std::size_t i = 0; i < kX; ++i) forget(i, std::max(setup_.deviation[i], twist));
+    forget(kTorqueOffset, offset);
+    state_[kDrivenVelocity] = state_[kLoadVelocity] = velocity;
   }
 
   /// Friction is forgotten kFrictionMemories times as slowly: a motion that goes on says little of it, and

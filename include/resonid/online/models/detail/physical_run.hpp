@@ -106,37 +106,59 @@ class TrendWatch {
 ///
 /// which white innovations reach once in some 1e5 samples (then a few samples tell nothing), a changed
 /// parameter hardly ever, a spike never. What a jump could move before it is found is 3 standard deviations.
-/// At most three jumps in a row: what does not end is another machine, to be followed.
+/// At most three jumps in a row: what does not end is another machine, which is told with ever longer waits
+/// where that does not help either.
 class LoadWatch {
  public:
-  /// True where the load has jumped.
-  bool see(double z_square) noexcept {
+  enum class Finding { none, load_jumped, machine_changed };
+  /// With every output.
+  void pass() noexcept {
+    if (since_change_ < kForgotten) ++since_change_;
+  }
+  Finding see(double z_square) noexcept {
     if (jumps_ > 0 && ++since_ >= kRefill) {
       since_ = 0;
       --jumps_;
     }
     cusum_ = std::max(0.0, cusum_ + std::min(z_square, kMost) - kUsual);
-    if (cusum_ <= kLimit || jumps_ >= kInRow) return false;
+    if (cusum_ <= kLimit || (jumps_ >= kInRow && !may_change())) return Finding::none;
     cusum_ = 0.0;
-    ++jumps_;
     since_ = 0;
-    return true;
+    if (jumps_ < kInRow) {
+      ++jumps_;
+      return Finding::load_jumped;
+    }
+    change();
+    return Finding::machine_changed;
   }
   void reset() noexcept { cusum_ = 0.0; }
   [[nodiscard]] bool calm() const noexcept { return !(cusum_ > 0.0); }
+  /// Whether the wait after the last change is over.
+  [[nodiscard]] bool may_change() const noexcept {
+    return since_change_ >= std::uint32_t{kRefill} << doublings_;
+  }
+  void change() noexcept {
+    doublings_ = static_cast<std::uint8_t>(
+        since_change_ < kForgotten ? std::min(doublings_ + 1, int{kMostDoublings}) : 0);
+    since_change_ = 0;
+  }
 
  private:
   static constexpr double kUsual = 3.5, kMost = 16.0, kLimit = 20.0;
-  static constexpr std::uint32_t kInRow = 3, kRefill = 250;  // samples without one
+  static constexpr std::uint8_t kInRow = 3, kMostDoublings = 5;
+  static constexpr std::uint16_t kRefill = 250;  // samples without one
+  static constexpr std::uint32_t kForgotten = 100'000;
   double cusum_ = 0.0;
-  std::uint32_t jumps_ = 0, since_ = 0;
+  std::uint32_t since_change_ = kForgotten;
+  std::uint16_t since_ = 0;
+  std::uint8_t jumps_ = 0, doublings_ = 0;  // those of the wait between two changes
 };
 
 /// A filter on its way through the samples, with its noise and its likelihood.
 ///
 /// An output far from what a filter expects that was right so far is an outlier (a spike of the encoder) and
 /// is left out; several in a row are the machine. Where the load jumps, what was learned from it so far is
-/// taken back.
+/// taken back; where that does not help, the machine has changed and is found anew.
 template <class Real>
 struct PhysicalRun {
   PhysicalFilter<Real> filter;
@@ -158,10 +180,15 @@ struct PhysicalRun {
     double nis = 1.0;
   };
   std::conditional_t<kWatchesLoad, Calm, Nothing> older{}, newer{};
+  /// While a machine that has changed is looked for: the noise before. A filter that is wrong takes what it
+  /// cannot tell for noise, and is content.
+  std::conditional_t<kWatchesLoad, NoiseEstimate<Real>, Nothing> usual_noise{};
+  bool searches = false;
   std::uint32_t since_newer = 0, remembered = 0;
   std::uint64_t load_jumps = 0;
   static constexpr std::uint32_t kBetween = 16;  // samples from `older` to `newer`, at least
   static constexpr double kNisGain = 0.005;
+  static constexpr Real kFound = Real(9);              // a variance above is no noise
   static constexpr double kCalm = 2.0;                 // of nis: the filter was right so far
   static constexpr std::uint64_t kLeastOutputs = 200;  // outputs from which on that can be said
   static constexpr std::uint32_t kOutliersInRow = 3;
@@ -180,13 +207,25 @@ struct PhysicalRun {
     const Real s = filter.innovation_variance();
     const double ratio = static_cast<double>(e) * static_cast<double>(e) / static_cast<double>(s);
     if constexpr (kWatchesLoad) {
-      if (jumped(ratio)) {
-        filter.load_jumped(older.filter, y);
-        noise = older.noise;
-        nis = older.nis;
-        newer = older;
+      const auto found = watch_load(ratio);
+      if (found != LoadWatch::Finding::none) {
+        if (remembered >= 2) {
+          noise = older.noise;
+          nis = older.nis;
+        }
         since_newer = outliers_in_row = 0;
-        ++load_jumps;
+        if (found == LoadWatch::Finding::machine_changed) {
+          if (!searches) usual_noise = noise;
+          searches = true;
+          noise = usual_noise;
+          nis = 1.0;
+          remembered = 0;
+          filter.machine_changed(y);
+        } else {
+          newer = older;
+          ++load_jumps;
+          filter.load_jumped(older.filter, y);
+        }
         return;
       }
     }
@@ -203,22 +242,33 @@ struct PhysicalRun {
   }
 
  private:
-  [[nodiscard]] bool jumped(double z_square) noexcept {
-    if (!watches_load) return false;
+  [[nodiscard]] LoadWatch::Finding watch_load(double z_square) noexcept {
+    using Finding = LoadWatch::Finding;
+    if (!watches_load) return Finding::none;
+    load.pass();
+    if (searches && load.may_change()) {
+      searches = noise.variance() > kFound * usual_noise.variance();
+      if (searches) {
+        load.change();
+        return Finding::machine_changed;
+      }
+    }
     const bool watches = load.calm() ? outputs >= kLeastOutputs && nis < kCalm : true;
     if (filter.frozen() || !watches || !std::isfinite(z_square)) {
       load.reset();
       since_newer = remembered = 0;
-      return false;
+      return Finding::none;
     }
-    if (load.see(z_square)) return remembered >= 2;
+    const auto found = load.see(z_square);
+    if (found == Finding::machine_changed || (found == Finding::load_jumped && remembered >= 2)) return found;
+    if (found == Finding::load_jumped) return Finding::none;  // there is nothing to go back to
     if (load.calm() && ++since_newer >= kBetween) {
       older = newer;
       newer = {filter.known(), noise, nis};
       since_newer = 0;
       remembered = std::min<std::uint32_t>(remembered + 1, 2);
     }
-    return false;
+    return Finding::none;
   }
 };
 
