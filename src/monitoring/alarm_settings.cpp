@@ -43,8 +43,8 @@ expected<void, Error> check(const FigureAlarmSettings& settings) noexcept {
     return refuse("low", "must be below high", settings.low);
   if (!(settings.deadband >= 0.0) || !std::isfinite(settings.deadband))
     return refuse("deadband", "must be >= 0", settings.deadband);
-  if (!(settings.deadband < settings.high - settings.low))
-    return refuse("deadband", "must be below the distance of high and low", settings.deadband);
+  if (!(2.0 * settings.deadband < settings.high - settings.low))  // else nothing between them clears it
+    return refuse("deadband", "must be below half the distance of high and low", settings.deadband);
   return {};
 }
 

@@ -61,7 +61,8 @@ void describe(Visitor&& v, FigureAlarmSettings& c) {
   v("low", c.low, "least value that is no alarm, in the figure's unit; -inf: none");
   v("high", c.high, "greatest value that is no alarm, in the figure's unit; inf: none");
   v("deadband", c.deadband,
-    "by how much the figure must be back inside its limits before that alarm clears, >= 0, in its unit");
+    "by how much the figure must be back inside its limits before that alarm clears, >= 0 and below half of "
+    "their distance, in its unit");
 }
 
 /// Alarms of an axis. Margins hang on the friction, which is known slowly: what they wander by in hours is

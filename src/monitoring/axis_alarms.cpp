@@ -57,7 +57,7 @@ AlarmEvent event_of(const AxisAlarmRules& rules, const AlarmFacts& facts, AlarmI
   e.severity = rules.severity(id);
   e.state = entry.state;
   e.since_sample = entry.state.raised_sample;
-  e.verdict = facts.row.verdict;
+  e.verdict = facts.learning ? online::AxisVerdict::not_measured : facts.row.verdict;
   if (id == kData) e.contradiction = facts.contradiction;
   if (!id.has_figure()) return e;
   e.change = facts.changes[static_cast<std::size_t>(id.figure)];

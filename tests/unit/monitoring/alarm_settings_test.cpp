@@ -25,8 +25,10 @@ TEST(AlarmSettings, FaultsAreNamed) {
   EXPECT_EQ(fault_of(s), "stiffness.low must be below high");
   s[Watched::stiffness].high = 11.0;
   s[Watched::stiffness].deadband = 1.0;
-  EXPECT_EQ(fault_of(s), "stiffness.deadband must be below the distance of high and low");
-  s[Watched::stiffness].deadband = 0.5;
+  EXPECT_EQ(fault_of(s), "stiffness.deadband must be below half the distance of high and low");
+  s[Watched::stiffness].deadband = 0.5;  // in the middle it would not clear
+  EXPECT_NE(fault_of(s), "");
+  s[Watched::stiffness].deadband = 0.4;
   EXPECT_EQ(fault_of(s), "");
   s.stale.on_delay_s = -1.0;
   EXPECT_EQ(fault_of(s), "stale.on_delay_s must be >= 0");

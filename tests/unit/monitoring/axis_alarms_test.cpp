@@ -298,6 +298,7 @@ TEST(AxisAlarms, TellEstimatesThatAreNotTrustedAlthoughExcited) {
   // Excited, and never learned.
   WatchedAxis other;
   other.facts.row = {};
+  other.facts.row.verdict = online::AxisVerdict::trusted;  // when it was followed before
   other.facts.learning = other.facts.refused = true;
   EXPECT_EQ(other.rows(60), Told{});
   EXPECT_EQ(other.rows(1), Told{"estimate raised"});
