@@ -77,9 +77,10 @@ class Engine::Impl {
   void start() {
     started_ = Clock::now();
     for (std::size_t i = 0; i < slots_.size(); ++i)  // spread over the time between two of one axis
-      slots_[i]->snapshot_due =
-          started_ + seconds(options_.snapshot_every_s * (1.0 + static_cast<double>(i)) /
-                             static_cast<double>(slots_.size()));
+      if (!slots_[i]->snapshot_useful)
+        slots_[i]->snapshot_due =
+            started_ + seconds(options_.snapshot_every_s * (1.0 + static_cast<double>(i)) /
+                               static_cast<double>(slots_.size()));
     for (auto& worker : workers_) worker->begun.store(started_);
     for (std::size_t i = 0; i < options_.learners; ++i) threads_.emplace_back([this] { learn(); });
     for (auto& worker : workers_) threads_.emplace_back([this, &w = *worker] { work(w); });
@@ -152,7 +153,8 @@ class Engine::Impl {
         : monitor(std::move(axis.monitor)),
           ring(axis.ring),
           replayed(axis.actions.begin(), axis.actions.end()),
-          next_action(monitor.last_action() + 1) {
+          next_action(monitor.last_action() + 1),
+          snapshot_useful(axis.begins_anew) {
       for (const auto& told : replayed) next_action = std::max(next_action, told.action.id + 1);
       if (monitor.facts().stale) stopped_at = monitor.facts().sample;
       find_next_end();
@@ -228,7 +230,10 @@ class Engine::Impl {
         worker.begun.store(Clock::now());
       }
       const bool drained = taken == 0 || begin > drain_until_;
-      if (stopping && drained) break;
+      const auto& slots = slots_;  // what a learner's axis was told has its turn when that is done
+      const bool is_told = std::any_of(worker.axes.begin(), worker.axes.end(),
+                                       [&slots](std::size_t i) { return is_asked(*slots[i]); });
+      if (stopping && drained && !is_told) break;
       hand_over(worker, begin, false);
       busy_ns_.fetch_add(std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - begin).count(),
                          std::memory_order_relaxed);

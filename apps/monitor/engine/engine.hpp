@@ -99,6 +99,7 @@ class Engine {
     monitoring::AxisMonitor monitor;  ///< As created or restored.
     Ring* ring = nullptr;             ///< Outlives the engine.
     std::vector<Told> actions;        ///< Taken before, from next_sample() on: they are taken again.
+    bool begins_anew = false;         ///< Nothing is stored of it to go on from: it is, before all else.
   };
   Engine(std::vector<Axis> axes, EngineOptions options);
   Engine(const Engine&) = delete;

@@ -22,6 +22,10 @@ web::AlarmChange change_of(const Json& json) {
           json.value("std", kUnknown),    json.value("relative", kUnknown), json.value("sigma", kUnknown)};
 }
 
+monitoring::Severity severity_of(int stored) {
+  return static_cast<monitoring::Severity>(std::clamp(stored, 0, 2));
+}
+
 }  // namespace
 
 web::Alarm alarm_of(const AlarmRecord& r) {
@@ -30,7 +34,7 @@ web::Alarm alarm_of(const AlarmRecord& r) {
   a.id = std::strtoull(r.id.c_str(), nullptr, 10);
   a.axis = r.axis;
   a.alarm = r.alarm;
-  a.severity = static_cast<monitoring::Severity>(std::clamp(r.severity, 0, 2));
+  a.severity = severity_of(r.severity);
   a.active = r.active;
   a.acknowledged = r.acknowledged;
   a.latched = r.latched;
@@ -61,6 +65,13 @@ web::AlarmEvent event_of(const EventRecord& e) {
   event.reason = json.value("reason", "");
   if (json.contains("change")) event.change = change_of(json["change"]);
   return event;
+}
+
+web::AlarmCounts counts_of(const std::map<int, std::uint64_t>& by_severity) {
+  web::AlarmCounts counts{};
+  for (const auto& [severity, count] : by_severity)
+    counts[static_cast<std::size_t>(severity_of(severity))] += count;
+  return counts;
 }
 
 }  // namespace resonid::monitor

@@ -77,26 +77,30 @@ expected<std::unique_ptr<Deliveries>, StoreError> Deliveries::open(Reader& reade
                                                                    const Options& options) {
   auto installation = reader.installation();
   if (!installation) return tl::unexpected(std::move(installation.error()));
-  auto messages = reader.outbox_due(std::numeric_limits<std::int64_t>::max(),
-                                    options.most_waiting * std::max<std::size_t>(1, targets.size()));
-  if (!messages) return tl::unexpected(std::move(messages.error()));
+  auto waiting = reader.outbox_targets();
+  if (!waiting) return tl::unexpected(std::move(waiting.error()));
   std::unique_ptr<Deliveries> all(new Deliveries(std::move(*installation), options));
   for (auto& target : targets) {
     all->lines_.push_back(std::make_unique<Line>());
     all->lines_.back()->status.name = target.name;
     all->lines_.back()->target = std::move(target);
   }
-  for (auto& stored : *messages) {
-    const auto line = std::find_if(all->lines_.begin(), all->lines_.end(), [&](const auto& one) {
-      return one->target.name == stored.message.target;
-    });
+  for (auto& name : *waiting) {
+    const auto line = std::find_if(all->lines_.begin(), all->lines_.end(),
+                                   [&](const auto& one) { return one->target.name == name; });
     if (line == all->lines_.end()) {
       all->forgotten_.push_back(
-          {stored.message.key, now_ns(), std::nullopt, "given up: the target is no longer configured"});
+          {std::move(name), now_ns(), std::nullopt, "given up: the target is no longer configured", true});
       continue;
     }
-    if (!stored.text.empty()) (*line)->status.fault = stored.text;  // of those that were tried
-    (*line)->add(std::move(stored.message), options.most_waiting);
+    // All: what is too much is given up, and nothing waits for the next start.
+    auto messages = reader.outbox_due(std::numeric_limits<std::int64_t>::max(),
+                                      std::numeric_limits<std::size_t>::max(), name);
+    if (!messages) return tl::unexpected(std::move(messages.error()));
+    for (auto& stored : *messages) {
+      if (!stored.text.empty()) (*line)->status.fault = stored.text;  // of those that were tried
+      (*line)->add(std::move(stored.message), options.most_waiting);
+    }
   }
   return all;
 }

@@ -57,6 +57,44 @@ bool is_among(const AlarmRecord& record, const web::AlarmQuestion& q) {
   return true;
 }
 
+/// UNIX time of the first one: by its sender, else by the axis' rate, from the newest one on.
+std::optional<std::int64_t> time_of(const Piece& piece, const LiveAxis& live) {
+  if (piece.time_ns || live.newest_ns == 0) return piece.time_ns;
+  const double since = static_cast<double>(live.next_sample) - 1.0 - static_cast<double>(piece.first_sample);
+  return live.newest_ns - std::llround(since * piece.interval_ns);
+}
+
+struct SampleSpan {
+  std::uint64_t from = 0, to = 0;  // the latter not included
+};
+/// All from the first to the last one of that time; of a time that was twice, as a clock was put back, those
+/// of the second one.
+SampleSpan samples_between(const Ring& ring, const LiveAxis& live, std::int64_t from_ns, std::int64_t to_ns) {
+  SampleSpan found;
+  std::int64_t newest_ns = 0;  // of the pieces in it
+  for (std::uint64_t at = ring.begin(); at < ring.end();) {
+    const Piece piece = ring.piece(at);
+    if (piece.samples == 0 || piece.position < ring.begin()) {  // overwritten meanwhile, as in Ring::copy()
+      at = std::max(at + 1, ring.begin());
+      continue;
+    }
+    at = piece.position + piece.samples;
+    const auto begin_ns = time_of(piece, live);
+    if (!begin_ns) continue;
+    const auto samples_before = [&](std::int64_t time_ns) {
+      const double since_ns = static_cast<double>(time_ns) - static_cast<double>(*begin_ns);
+      return static_cast<std::uint64_t>(
+          std::clamp(std::ceil(since_ns / piece.interval_ns), 0.0, static_cast<double>(piece.samples)));
+    };
+    const std::uint64_t first = samples_before(from_ns), last = samples_before(to_ns);
+    if (first >= last) continue;
+    if (found.to == 0 || *begin_ns < newest_ns) found.from = piece.first_sample + first;
+    found.to = piece.first_sample + last;
+    newest_ns = *begin_ns;
+  }
+  return found;
+}
+
 std::string file_text(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
@@ -127,10 +165,9 @@ Answer<web::AxisDetail> LiveBackend::axis(const std::string& name) const {
   if (live->learned_s > 0.0) d.estimator.learned_s = live->learned_s;
   d.estimator.start = live->start;
   d.longest_shelving_s = longest_shelving_s(*index);
-  const auto oldest = oldest_sample(*axes_[*index].ring);
-  if (oldest < live->next_sample && live->newest_ns != 0)
-    d.raw_from_time_s = seconds(live->newest_ns) -
-                        static_cast<double>(live->next_sample - 1 - oldest) / installed.spec.sample_rate_hz;
+  const Ring& ring = *axes_[*index].ring;
+  if (const auto oldest = ring.piece(ring.begin(), 1); oldest.samples > 0)
+    if (const auto time_ns = time_of(oldest, *live)) d.raw_from_time_s = seconds(*time_ns);
   d.loop.controller = installed.controller;
   d.loop.delay_s = installed.spec.track.common.delay_s;
   const auto& e = live->estimate;
@@ -140,11 +177,12 @@ Answer<web::AxisDetail> LiveBackend::axis(const std::string& name) const {
   d.loop.modulus_margin_hz = e.modulus_margin_hz;
   d.loop.worst_phase_margin_deg = e.worst_phase_margin_deg;
   d.configuration_hash = axes_[*index].configuration_hash;
+  const std::int64_t forgotten_ns = recorder_.baselines(*index).forgotten_ns;
   const std::scoped_lock lock(reader_mutex_);
   if (const auto all = reader_.baselines(name, kMostBaselines))
     for (const auto& b : *all)
-      d.baselines.push_back(
-          {seconds(b.time_ns), b.sample, b.who, b.reason, d.baselines.empty(), b.figures.figures});
+      d.baselines.push_back({seconds(b.time_ns), b.sample, b.who, b.reason,
+                             d.baselines.empty() && b.time_ns > forgotten_ns, b.figures.figures});
   return d;
 }
 
@@ -176,7 +214,7 @@ Answer<web::AxisResponse> LiveBackend::response(const std::string& axis) const {
   r.plant.coherence_std = std::move(coherence.std);
   if (!c.loop.empty()) r.loop = curve(c.frequency_hz, c.loop, c.loop_std);
   // What a person set came after what was configured.
-  if (const auto set = recorder_.baseline_curve(*index)) {
+  if (const auto set = recorder_.baselines(*index).curve) {
     r.baseline = curve(set->frequency_hz, set->plant, set->std);
   } else if (const auto& configured = axes_[*index].installed->spec.track.baseline) {
     r.baseline = curve(configured->response.frequency_hz, configured->response.value, {});
@@ -212,19 +250,15 @@ Answer<web::History> LiveBackend::history(const std::string& axis, const web::Hi
 Answer<std::string> LiveBackend::raw(const std::string& axis, double from_s, double to_s) const {
   const auto index = index_of(axis);
   if (!index) return tl::unexpected(index.error());
-  const auto live = engine_.live(*index);
-  const double rate_hz = axes_[*index].installed->spec.sample_rate_hz, newest_s = seconds(live->newest_ns);
-  const auto sample_of = [&](double time_s) {
-    const double sample = static_cast<double>(live->next_sample) - 1.0 - (newest_s - time_s) * rate_hz;
-    return static_cast<std::uint64_t>(std::max(0.0, std::ceil(sample)));
-  };
-  auto text = raw_csv(*axes_[*index].ring, *axes_[*index].installed, sample_of(from_s), sample_of(to_s));
+  const Axis& a = axes_[*index];
+  const auto asked = samples_between(*a.ring, *engine_.live(*index), ns_of(from_s), ns_of(to_s));
+  auto text = raw_csv(*a.ring, *a.installed, asked.from, asked.to);
   if (!text.empty()) return text;
-  const std::uint64_t next = live->next_sample;  // before all that is kept where an axis begins anew
-  const std::uint64_t kept = next - std::min(next, oldest_sample(*axes_[*index].ring));
-  return no(Problem::Kind::not_found, "from",
-            fmt::format("no samples of this time are kept: the newest {:.0f} s are",
-                        static_cast<double>(kept) / rate_hz));
+  return no(
+      Problem::Kind::not_found, "from",
+      fmt::format("no samples of this time are kept, or none came then: the newest {:.0f} s of samples "
+                  "are kept",
+                  static_cast<double>(a.ring->end() - a.ring->begin()) / a.installed->spec.sample_rate_hz));
 }
 
 Answer<web::Comparison> LiveBackend::compare(const std::string& axis, double a_time_s,
@@ -269,6 +303,14 @@ Answer<std::vector<web::Alarm>> LiveBackend::alarms(const web::AlarmQuestion& q)
       all.push_back(told(record));
   if (all.size() > limit) all.resize(limit);
   return all;
+}
+
+Answer<web::AlarmCounts> LiveBackend::active_alarms() const {
+  const auto unwritten = recorder_.status().unwritten;
+  const std::scoped_lock lock(reader_mutex_);
+  const auto found = reader_.active_alarms(unwritten);
+  if (!found) return broken(found.error());
+  return counts_of(*found);
 }
 
 web::Alarm LiveBackend::told(const AlarmRecord& record) const {

@@ -49,6 +49,7 @@ class LiveBackend : public web::Backend {
                                                      double b_time_s) const override;
   [[nodiscard]] web::Answer<std::vector<web::Alarm>> alarms(
       const web::AlarmQuestion& question) const override;
+  [[nodiscard]] web::Answer<web::AlarmCounts> active_alarms() const override;
   [[nodiscard]] web::Answer<web::Alarm> alarm(std::uint64_t alarm) const override;
   [[nodiscard]] web::Answer<std::vector<web::AlarmEvent>> events(std::uint64_t alarm) const override;
   [[nodiscard]] web::Answer<std::string> evidence(std::uint64_t alarm) const override;

@@ -59,13 +59,7 @@ Recorder::Recorder(Store store, Reader reader, Engine& engine, std::vector<Axis>
       known_(known),
       deliveries_(std::move(deliveries)),
       told_(std::move(told)) {
-  for (const auto& axis : axes_) {
-    auto& curve = baselines_.emplace_back();
-    const auto newest = reader_.baselines(axis.installed->spec.name, 1);
-    if (!newest || newest->empty()) continue;
-    if (auto stored = curve_of(newest->front().bytes))
-      curve = std::make_shared<const monitoring::ResponseCurve>(std::move(*stored));
-  }
+  for (const auto& axis : axes_) baselines_.push_back(stored_baselines(axis));
   for (const auto& record : known_)
     if (record.axis.empty() && record.alarm == DiskAlarm::kName)
       disk_alarm_.know(record);
@@ -237,6 +231,10 @@ void Recorder::gather(Batch& batch, std::vector<Results>& all) {
                                told.action.sample, told.time_ns, std::string(name_of(told.action.kind)),
                                told.who, told.reason, arguments.dump()});
       if (told.action.kind == monitoring::ActionKind::set_baseline) set_baseline(r.axis, told, batch);
+      if (told.action.kind == monitoring::ActionKind::relearn) {
+        const std::scoped_lock lock(status_mutex_);
+        baselines_[r.axis] = {told.time_ns, nullptr};
+      }
     }
     if (r.snapshot) {
       batch.snapshots.push_back({spec.name, r.snapshot->sample, r.snapshot->position, installation_.version,
@@ -251,6 +249,34 @@ void Recorder::gather(Batch& batch, std::vector<Results>& all) {
   }
 }
 
+/// An axis that begins anew forgets its baseline for good, too: that is kept as an action of the service.
+Recorder::Baselines Recorder::stored_baselines(const Axis& axis) {
+  const std::string& name = axis.installed->spec.name;
+  const std::string relearn(name_of(monitoring::ActionKind::relearn));
+  Baselines baselines;
+  if (const auto relearned = reader_.newest_action_ns(name, relearn); relearned && *relearned)
+    baselines.forgotten_ns = **relearned;
+  const auto newest = reader_.baselines(name, 1);
+  if (!newest || newest->empty() || newest->front().time_ns <= baselines.forgotten_ns) return baselines;
+  if (axis.begins_anew.empty()) {
+    if (auto curve = curve_of(newest->front().bytes))
+      baselines.curve = std::make_shared<const monitoring::ResponseCurve>(std::move(*curve));
+    return baselines;
+  }
+  baselines.forgotten_ns = now_ns();
+  // With the sample and the id of the former axis' last action, it is one that no later start does again.
+  if (auto last = reader_.newest_action(name); last && *last) {
+    ActionRecord& action = **last;
+    action.key = fmt::format("{}:{}:anew", name, baselines.forgotten_ns);
+    action.time_ns = baselines.forgotten_ns;
+    action.kind = relearn;
+    action.who = "service";
+    action.reason = "the axis begins anew: " + axis.begins_anew;
+    first_.actions.push_back(std::move(action));
+  }
+  return baselines;
+}
+
 void Recorder::set_baseline(std::size_t axis, const Told& told, Batch& batch) {
   const auto live = engine_.live(axis);
   auto curve = live->curve && !live->curve->frequency_hz.empty() ? live->curve : nullptr;
@@ -258,7 +284,7 @@ void Recorder::set_baseline(std::size_t axis, const Told& told, Batch& batch) {
                              fmt::format("baseline-{}", told.action.id), told.who, told.reason, live->row,
                              curve ? curve_bytes(*curve) : std::vector<std::byte>()});
   const std::scoped_lock lock(status_mutex_);
-  baselines_[axis] = std::move(curve);
+  baselines_[axis].curve = std::move(curve);
 }
 
 std::filesystem::path Recorder::folder_of_evidence() const { return installation_.data / "evidence"; }
@@ -356,7 +382,7 @@ Recorder::Status Recorder::status() const {
   return status;
 }
 
-std::shared_ptr<const monitoring::ResponseCurve> Recorder::baseline_curve(std::size_t axis) const {
+Recorder::Baselines Recorder::baselines(std::size_t axis) const {
   const std::scoped_lock lock(status_mutex_);
   return baselines_[axis];
 }

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -57,8 +58,13 @@ class Recorder {
     std::vector<AlarmRecord> unwritten;  ///< Alarms that the store does not know yet, newest first.
   };
   [[nodiscard]] Status status() const;
-  /// Of an axis when a person set its newest baseline; null: none was set, or nothing was known then.
-  [[nodiscard]] std::shared_ptr<const monitoring::ResponseCurve> baseline_curve(std::size_t axis) const;
+  struct Baselines {
+    /// Those set until then are not used any more: the axis was learned anew, or began anew.
+    std::int64_t forgotten_ns = std::numeric_limits<std::int64_t>::min();
+    /// Of the newest one; null: none is used, or nothing was known when it was set.
+    std::shared_ptr<const monitoring::ResponseCurve> curve;
+  };
+  [[nodiscard]] Baselines baselines(std::size_t axis) const;
 
  private:
   struct Evidence {
@@ -73,6 +79,7 @@ class Recorder {
   void upkeep(std::chrono::steady_clock::time_point due);
   void note_upkeep(const StoreError* fault);
   void gather(Batch& batch, std::vector<Results>& all);
+  [[nodiscard]] Baselines stored_baselines(const Axis& axis);
   void set_baseline(std::size_t axis, const Told& told, Batch& batch);
   void schedule_evidence(std::string alarm_id, std::size_t axis, std::uint64_t sample);
   void find_evidence();
@@ -103,7 +110,7 @@ class Recorder {
   std::thread thread_;
   mutable std::mutex status_mutex_;
   Status status_;
-  std::vector<std::shared_ptr<const monitoring::ResponseCurve>> baselines_;  // with status_mutex_
+  std::vector<Baselines> baselines_;  // with status_mutex_
 };
 
 }  // namespace resonid::monitor

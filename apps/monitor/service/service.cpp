@@ -195,23 +195,13 @@ struct Service::Parts {
       e.where = "axis " + axis.spec.name;
       return tl::unexpected(std::move(e));
     }
-    Engine::Axis begun{std::move(*monitor), rings[i].get(), {}};
+    Engine::Axis begun{std::move(*monitor), rings[i].get(), {}, true};
     if (*stored) {
       // It takes in what the ring still has: what was done to the former axis meanwhile is not done again.
       const auto newest = reader.newest_action(axis.spec.name);
       if (!newest) return tl::unexpected(store_error(newest.error()));
       if (*newest)
         for (const auto& told : told_of({**newest})) begun.monitor.count_actions_after(told.action.id);
-      return begun;
-    }
-    // Killed before its first snapshot it goes on where its first sample is still there.
-    if (rings[i]->next_sample() > 0 && oldest_sample(*rings[i]) == 0) {
-      auto actions = reader.actions(axis.spec.name, 0, kMostReplayedActions);
-      if (!actions) return tl::unexpected(store_error(actions.error()));
-      begun.actions = told_of(*actions);
-      beginnings[i].replayed_from = replayed_from(begun);
-    } else {
-      beginnings[i].anew = "it has no snapshot";
     }
     return begun;
   }
@@ -307,7 +297,7 @@ struct Service::Parts {
     if (engine) engine->stop();
     if (recorder) recorder->stop();
     if (server) server->stop();
-    if (!std::exchange(stopped, true) && recorder) say(LogLevel::info, "stopped");
+    if (!std::exchange(stopped, true) && server) say(LogLevel::info, "stopped");
   }
 };
 

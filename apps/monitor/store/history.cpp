@@ -5,6 +5,7 @@
 #include <cmath>
 #include <monitor/store/reader_impl.hpp>
 #include <monitor/store/schema.hpp>
+#include <utility>
 
 namespace resonid::monitor {
 namespace {
@@ -144,7 +145,8 @@ void judge(Difference& difference) {
 /// Whether both are made of the same rows in part: they are too close to each other to differ.
 bool overlap(const Then& a, const Then& b) { return a.from_ns < b.to_ns && b.from_ns < a.to_ns; }
 
-/// Of every figure about an instant: from rows within minutes, else from the nearest hour or day.
+/// Figures about an instant: from rows within minutes, else from the nearest hour or day, all from the same
+/// one, so that one time is right for all of them.
 class Around {
  public:
   /// @param stretch_ns to either side
@@ -153,6 +155,7 @@ class Around {
     from_rows(reader, axis);
     from_summaries(reader, axis, Resolution::hour);
     from_summaries(reader, axis, Resolution::day);
+    keep_nearest();
   }
   [[nodiscard]] const std::optional<Then>& of(std::size_t figure) const { return found_[figure]; }
 
@@ -195,6 +198,20 @@ class Around {
     }
     for (std::size_t i = 0; i < found_.size(); ++i)
       if (!found_[i]) found_[i] = nearest[i];
+  }
+
+  void keep_nearest() {
+    // Of several that the instant is within, the finest.
+    const auto rank = [this](const Then& then) {
+      return std::pair(std::max({std::int64_t{0}, then.from_ns - time_ns_, time_ns_ - then.to_ns}),
+                       then.resolution);
+    };
+    const auto nearest = std::min_element(found_.begin(), found_.end(), [&](const auto& a, const auto& b) {
+      return a && (!b || rank(*a) < rank(*b));
+    });
+    const auto kept = *nearest;
+    for (auto& then : found_)
+      if (then && (then->from_ns != kept->from_ns || then->to_ns != kept->to_ns)) then.reset();
   }
 
   [[nodiscard]] std::int64_t distance(std::int64_t start_ns, std::int64_t length_ns) const {

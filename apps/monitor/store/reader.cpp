@@ -231,6 +231,21 @@ expected<std::vector<AlarmRecord>, StoreError> Reader::alarms(AlarmFilter filter
   });
 }
 
+expected<std::map<int, std::uint64_t>, StoreError> Reader::active_alarms(std::span<const AlarmRecord> newer) {
+  return impl_->read([&] {
+    const std::string sql = "FROM alarms WHERE " + std::string(condition_of(AlarmFilter::active));
+    std::map<int, std::uint64_t> counts;
+    Query query(impl_->connection, "SELECT severity, count(*) " + sql + "GROUP BY severity");
+    while (query.next()) counts[static_cast<int>(query.integer(0))] = unsigned_of(query.integer(1));
+    for (const auto& alarm : newer) {
+      Query known(impl_->connection, "SELECT severity " + sql + "AND id = ?", alarm.id);
+      if (known.next()) --counts[static_cast<int>(known.integer(0))];
+      if (alarm.open && alarm.active) ++counts[alarm.severity];
+    }
+    return counts;
+  });
+}
+
 expected<std::optional<AlarmRecord>, StoreError> Reader::alarm(std::string_view id) {
   return impl_->read([&]() -> std::optional<AlarmRecord> {
     Query query(impl_->connection, std::string(kAlarmColumns) + "WHERE alarms.id = ?", id);
@@ -323,18 +338,40 @@ expected<std::vector<std::string>, StoreError> Reader::evidence_to_remove(std::s
   });
 }
 
-expected<std::vector<StoredMessage>, StoreError> Reader::outbox_due(std::int64_t now_ns, std::size_t limit) {
+expected<std::vector<StoredMessage>, StoreError> Reader::outbox_due(std::int64_t now_ns, std::size_t limit,
+                                                                    std::string_view target) {
   return impl_->read([&] {
     std::vector<StoredMessage> due;
-    Query query(impl_->connection,
-                "SELECT key, target, payload, created_ns, tries, text FROM outbox "
-                "WHERE done_ns IS NULL AND next_ns <= ? ORDER BY rowid LIMIT ?",
-                now_ns, sql_limit(limit));
+    Query query(
+        impl_->connection,
+        "SELECT key, target, payload, created_ns, tries, text FROM outbox "
+        "WHERE done_ns IS NULL AND next_ns <= ?1 AND (?2 = '' OR target = ?2) ORDER BY rowid LIMIT ?3",
+        now_ns, target, sql_limit(limit));
     while (query.next())
       due.push_back({{query.text(0), query.text(1), query.text(2), query.integer(3)},
                      unsigned_of(query.integer(4)),
                      query.text(5)});
     return due;
+  });
+}
+
+expected<std::vector<std::string>, StoreError> Reader::outbox_targets() {
+  return impl_->read([&] {
+    std::vector<std::string> targets;
+    Query query(impl_->connection, "SELECT DISTINCT target FROM outbox WHERE done_ns IS NULL");
+    while (query.next()) targets.push_back(query.text(0));
+    return targets;
+  });
+}
+
+expected<std::optional<std::int64_t>, StoreError> Reader::newest_action_ns(std::string_view axis,
+                                                                           std::string_view kind) {
+  return impl_->read([&] {
+    Query query(impl_->connection,
+                "SELECT max(time_ns) FROM actions "
+                "WHERE axis = (SELECT id FROM axes WHERE name = ?) AND kind = ?",
+                axis, kind);
+    return query.next() ? query.optional_integer(0) : std::nullopt;
   });
 }
 

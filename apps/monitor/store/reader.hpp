@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <memory>
 #include <monitor/store/records.hpp>
 #include <monitor/store/store_error.hpp>
@@ -124,8 +125,8 @@ class Reader {
                                                                   std::int64_t to_ns, std::size_t limit);
   [[nodiscard]] expected<History, StoreError> history(const HistoryQuery& query);
   /// Figures that are there at either time, from the rows of ten minutes around it (less where the times are
-  /// closer), else from the nearest hour or day, with 30 trusted rows at least; without those whose stretches
-  /// overlap.
+  /// closer), else from the nearest hour or day, with 30 trusted rows at least; a figure that has none in the
+  /// stretch that is nearest of all figures' is not there. Nothing where the stretches of both overlap.
   [[nodiscard]] expected<std::vector<Difference>, StoreError> compare(std::string_view axis,
                                                                       std::int64_t a_ns, std::int64_t b_ns);
   /// The last raised first; `axis`: nothing for all. Those that were open at some time within `span`.
@@ -133,6 +134,9 @@ class Reader {
                                                                       const std::optional<std::string>& axis,
                                                                       std::size_t limit,
                                                                       const TimeSpan& span = {});
+  /// How many are open and active, by severity; as if the states `newer` of different alarms were written.
+  [[nodiscard]] expected<std::map<int, std::uint64_t>, StoreError> active_alarms(
+      std::span<const AlarmRecord> newer);
   [[nodiscard]] expected<std::optional<AlarmRecord>, StoreError> alarm(std::string_view id);
   /// As they happened.
   [[nodiscard]] expected<std::vector<EventRecord>, StoreError> events(std::string_view alarm_id,
@@ -152,9 +156,15 @@ class Reader {
   [[nodiscard]] expected<std::vector<std::string>, StoreError> evidence_files();
   /// Files that retention gave up: to be removed, then told in Batch::evidence_removed.
   [[nodiscard]] expected<std::vector<std::string>, StoreError> evidence_to_remove(std::size_t limit);
-  /// Messages whose time has come, in the order in which they came.
+  /// Messages whose time has come, in the order in which they came; of one target, or of all without.
   [[nodiscard]] expected<std::vector<StoredMessage>, StoreError> outbox_due(std::int64_t now_ns,
-                                                                            std::size_t limit);
+                                                                            std::size_t limit,
+                                                                            std::string_view target = {});
+  /// Those for which messages wait.
+  [[nodiscard]] expected<std::vector<std::string>, StoreError> outbox_targets();
+  /// UNIX time of the last action of this kind (a name of monitoring::ActionKind).
+  [[nodiscard]] expected<std::optional<std::int64_t>, StoreError> newest_action_ns(std::string_view axis,
+                                                                                   std::string_view kind);
 
  private:
   explicit Reader(std::unique_ptr<Impl> impl) noexcept;

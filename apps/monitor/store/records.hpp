@@ -118,8 +118,9 @@ struct DeliveryRecord {
   std::string key;
   std::int64_t time_ns = 0;
   std::optional<std::int64_t>
-      next_try_ns;   ///< Failed, to be tried again then; nothing: delivered or given up.
-  std::string text;  ///< Why it failed.
+      next_try_ns;             ///< Failed, to be tried again then; nothing: delivered or given up.
+  std::string text;            ///< Why it failed.
+  bool all_of_target = false;  ///< `key` is a target's name: all that waits for it is given up.
 };
 
 /// All of the last 200 ms; one transaction.

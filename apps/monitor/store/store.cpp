@@ -282,8 +282,9 @@ void Store::Impl::write_outbox(const Batch& batch, Committed& done) {
           *entry.next_try_ns, entry.text, entry.key);
     else
       run(connection_,
-          "UPDATE outbox SET tries = tries + 1, done_ns = ?, text = ?, payload = '' "
-          "WHERE key = ? AND done_ns IS NULL",
+          std::string("UPDATE outbox SET tries = tries + 1, done_ns = ?, text = ?, payload = '' "
+                      "WHERE done_ns IS NULL AND ") +
+              (entry.all_of_target ? "target = ?" : "key = ?"),
           entry.time_ns, entry.text, entry.key);
   }
 }

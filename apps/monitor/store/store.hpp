@@ -17,12 +17,13 @@ namespace resonid::monitor {
 struct Retention {
   double rows_s = 30.0 * 86400;
   double five_minutes_s = 365.0 * 86400;
-  double hours_s = 10.0 * 365 * 86400;
+  double hours_s = 10.0 * 365 * 86400;  ///< Those of an axis' newest day stay.
   double days_s = 0.0;
   double evidence_s = 365.0 * 86400;  ///< Of closed alarms.
   double delivered_s = 30.0 * 86400;  ///< Keys of delivered messages.
-  std::uint64_t bytes =
-      10'000'000'000;  ///< Database and evidence; rows go first, then five minutes, hours, evidence.
+  /// Database and evidence. Evidence goes first while it takes more than half, then rows, five minutes,
+  /// hours, and the rest of evidence.
+  std::uint64_t bytes = 10'000'000'000;
 };
 
 struct StoreOptions {

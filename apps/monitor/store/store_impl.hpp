@@ -73,6 +73,7 @@ class Store::Impl {
   bool forget_delivered(std::int64_t before_ns);
   bool give_space_back();
   [[nodiscard]] std::uint64_t used_bytes();
+  [[nodiscard]] std::uint64_t evidence_bytes();
 
   Lock lock_;
   detail::Connection connection_;

@@ -224,12 +224,14 @@ bool Store::Impl::remove_aged(std::int64_t now_ns) {
          doom_evidence(before(now_ns, keep.evidence_s)) || forget_delivered(before(now_ns, keep.delivered_s));
 }
 
-/// What is needed to see the present stays: two hours of rows, a day of five minutes and of hours.
+/// What is needed to see the present stays: two hours of rows, a day of five minutes and of hours. Much
+/// evidence, as outages leave it, must not drive out all trends: what it takes beyond half goes first.
 bool Store::Impl::remove_for_size(std::int64_t now_ns, bool& over_limit) {
   const std::uint64_t limit = options.retention.bytes;
   if (limit == 0 || used_bytes() <= limit) return false;
-  if (remove_rows(now_ns - 2 * kHourNs) || remove_summaries("five_minutes", now_ns - kDayNs) ||
-      remove_summaries("hours", now_ns - kDayNs) || doom_evidence(now_ns))
+  if ((evidence_bytes() > limit / 2 && doom_evidence(now_ns)) || remove_rows(now_ns - 2 * kHourNs) ||
+      remove_summaries("five_minutes", now_ns - kDayNs) || remove_summaries("hours", now_ns - kDayNs) ||
+      doom_evidence(now_ns))
     return true;
   over_limit = true;
   return false;
@@ -261,22 +263,27 @@ bool Store::Impl::remove_rows(std::int64_t before_ns) {
 
 /// Some days of the axis with the oldest.
 bool Store::Impl::remove_summaries(std::string_view table, std::int64_t before_ns) {
-  std::int64_t axis = 0, oldest_ns = 0;
+  // Each hour that is settled makes its day anew of the hours that are there: those of the newest day stay.
+  const std::string until =
+      table == "hours" ? fmt::format("min(?, newest - (newest % {0} + {0}) % {0})", kDayNs) : "?";
+  std::int64_t axis = 0, oldest_ns = 0, until_ns = 0;
   {
-    Query query(
-        connection_,
-        fmt::format("SELECT id, oldest FROM (SELECT id, (SELECT min(start_ns) FROM {} "
-                    "WHERE axis = axes.id) AS oldest FROM axes) WHERE oldest < ? ORDER BY oldest LIMIT 1",
-                    table),
-        before_ns);
+    Query query(connection_,
+                fmt::format("SELECT id, oldest, {1} AS until FROM (SELECT id, "
+                            "(SELECT min(start_ns) FROM {0} WHERE axis = axes.id) AS oldest, "
+                            "(SELECT max(start_ns) FROM {0} WHERE axis = axes.id) AS newest FROM axes) "
+                            "WHERE oldest < until ORDER BY oldest LIMIT 1",
+                            table, until),
+                before_ns);
     if (!query.next()) return false;
     axis = query.integer(0);
     oldest_ns = query.integer(1);
+    until_ns = query.integer(2);
   }
   constexpr std::int64_t kAtOnceNs = 10 * kDayNs;
   Transaction transaction(connection_, Transaction::Kind::write);
   run(connection_, fmt::format("DELETE FROM {} WHERE axis = ? AND start_ns < ?", table), axis,
-      std::min(before_ns, start_of(oldest_ns, kDayNs) + kAtOnceNs));
+      std::min(until_ns, start_of(oldest_ns, kDayNs) + kAtOnceNs));
   transaction.commit();
   return true;
 }
@@ -306,9 +313,12 @@ bool Store::Impl::give_space_back() {
 
 std::uint64_t Store::Impl::used_bytes() {
   const std::int64_t pages = connection_.pragma("page_count") - connection_.pragma("freelist_count");
+  return static_cast<std::uint64_t>(pages * 4096) + evidence_bytes();
+}
+
+std::uint64_t Store::Impl::evidence_bytes() {
   Query query(connection_, "SELECT coalesce(sum(bytes), 0) FROM evidence WHERE NOT remove");
-  const std::int64_t evidence = query.next() ? query.integer(0) : 0;
-  return static_cast<std::uint64_t>(pages * 4096 + evidence);
+  return query.next() ? static_cast<std::uint64_t>(query.integer(0)) : 0;
 }
 
 }  // namespace resonid::monitor

@@ -198,11 +198,8 @@ ApiReply get_stream(const Call& call) {
 ApiReply get_metrics(const Call& call) {
   const auto& backend = call.parts.backend;
   ApiReply reply;
-  AlarmQuestion active;
-  active.state = AlarmFilter::active;
-  active.limit = kMostAlarms;
   reply.body =
-      metrics_text(backend.axes(0).axes, backend.alarms(active), backend.status(), call.parts.counts());
+      metrics_text(backend.axes(0).axes, backend.active_alarms(), backend.status(), call.parts.counts());
   reply.type = "text/plain; version=0.0.4; charset=utf-8";
   return reply;
 }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <resonid/base/enum_names.hpp>
@@ -225,6 +226,9 @@ inline constexpr EnumName<AlarmFilter> kAlarmFilterNames[] = {
 [[nodiscard]] constexpr std::span<const EnumName<AlarmFilter>> enum_names(AlarmFilter) noexcept {
   return kAlarmFilterNames;
 }
+/// How many alarms there are, [severity].
+using AlarmCounts = std::array<std::uint64_t, std::size(monitoring::kSeverityNames)>;
+
 struct AlarmQuestion {
   AlarmFilter state = AlarmFilter::all;
   std::string axis;  ///< Empty: all.
@@ -335,6 +339,8 @@ class Backend {
   [[nodiscard]] virtual Answer<Comparison> compare(const std::string& axis, double a_time_s,
                                                    double b_time_s) const = 0;
   [[nodiscard]] virtual Answer<std::vector<Alarm>> alarms(const AlarmQuestion&) const = 0;  ///< Newest first.
+  /// Those that are active, shelved and suppressed ones among them.
+  [[nodiscard]] virtual Answer<AlarmCounts> active_alarms() const = 0;
   [[nodiscard]] virtual Answer<Alarm> alarm(std::uint64_t alarm) const = 0;
   [[nodiscard]] virtual Answer<std::vector<AlarmEvent>> events(std::uint64_t alarm) const = 0;
   [[nodiscard]] virtual Answer<std::string> evidence(std::uint64_t alarm) const = 0;  ///< CSV

@@ -19,8 +19,7 @@ struct WebCounts {
 };
 
 /// The text that Prometheus scrapes, version 0.0.4: base units, what is not known is absent.
-[[nodiscard]] std::string metrics_text(const std::vector<AxisStatus>&,
-                                       const Answer<std::vector<Alarm>>& active, const ServiceStatus&,
-                                       const WebCounts&);
+[[nodiscard]] std::string metrics_text(const std::vector<AxisStatus>&, const Answer<AlarmCounts>& active,
+                                       const ServiceStatus&, const WebCounts&);
 
 }  // namespace resonid::monitor::web

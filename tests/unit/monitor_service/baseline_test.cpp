@@ -121,6 +121,65 @@ TEST(Service, KeepsABaselinesCurveAndAMaintenanceOverARestart) {
   (*service)->stop();
 }
 
+TEST(Service, ForgetsABaselineThatWasSetBeforeItLearnedOrBeganAnew) {
+  const Folder folder;
+  const auto whole = drive_samples(130.0, 1e6, 1);
+  std::vector<std::vector<double>> values{whole};
+  values[0].resize(static_cast<std::size_t>(50.0 * kRate) * 3);
+  const auto is_used = [](const web::Backend& backend) {
+    const auto baselines = backend.axis("axis0")->baselines;
+    return !baselines.empty() && baselines.front().active;
+  };
+  const auto set_baseline = [&](web::Backend& backend) {
+    return comes_true([&] { return backend.act(action_of(web::ActionKind::baseline)).has_value(); }) &&
+           comes_true([&] { return is_used(backend); });
+  };
+  const auto start = [&](const char* configuration) {
+    auto all = installation(folder.path(), values, 0.0);
+    all.axes[0].configuration = configuration;
+    auto service = Service::start(std::move(all));
+    EXPECT_TRUE(service) << message_of(service.error());
+    return std::move(*service);
+  };
+  {
+    const auto service = start("test");
+    auto& backend = service->backend();
+    ASSERT_TRUE(set_baseline(backend));
+    ASSERT_TRUE(backend.act(action_of(web::ActionKind::relearn)));
+    EXPECT_TRUE(comes_true([&] { return !is_used(backend); }));
+    service->stop();
+  }
+  values[0] = whole;
+  {
+    const auto service = start("test");
+    auto& backend = service->backend();
+    EXPECT_FALSE(is_used(backend));
+    ASSERT_TRUE(comes_true([&] { return backend.response("axis0").has_value(); }));
+    EXPECT_FALSE(backend.response("axis0")->baseline) << "it was set before the axis was learned anew";
+    ASSERT_TRUE(set_baseline(backend));
+    EXPECT_TRUE(backend.response("axis0")->baseline);
+    service->stop();
+  }
+  for (int i = 0; i < 2; ++i) {  // the second time it goes on
+    const auto service = start("other");
+    auto& backend = service->backend();
+    EXPECT_FALSE(is_used(backend)) << i;
+    if (i == 0) {  // afterwards no samples come that a response would be of
+      ASSERT_TRUE(comes_true([&] { return backend.response("axis0").has_value(); }));
+      EXPECT_FALSE(backend.response("axis0")->baseline);
+    }
+    service->stop();
+    const auto audit = backend.audit(10).value();
+    EXPECT_EQ(std::count_if(audit.begin(), audit.end(),
+                            [](const auto& e) { return e.action == "relearn" && e.who == "service"; }),
+              1)
+        << i;
+    EXPECT_EQ(audit.front().action, "relearn");
+    EXPECT_EQ(audit.front().who, "service");
+    EXPECT_EQ(audit.front().reason, "the axis begins anew: its configuration has changed");
+  }
+}
+
 TEST(Service, KeepsWhatTheStatisticsOfFormerRowsNeedOverARestart) {
   const Folder folder;
   const std::vector<std::vector<double>> values{drive_samples(40.0, 1e6, 1)};

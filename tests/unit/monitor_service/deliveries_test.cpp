@@ -128,6 +128,47 @@ TEST(Deliveries, MessagesOfTargetsThatAreNoLongerThereAreGivenUp) {
   EXPECT_EQ(process.waiting_in_store(), 0U);
 }
 
+TEST(Deliveries, WhatWaitsForTargetsThatAreNoLongerThereDelaysNoOther) {
+  const Folder folder;
+  FakeReceiver removed, kept;
+  removed.fails = kept.fails = 1'000'000;
+  {
+    Process process(folder.path(), {removed.target("mqtt")});
+    for (std::uint64_t sample = 1; sample <= 5; ++sample) process.happens(sample);
+  }
+  {
+    Process process(folder.path(), {removed.target("mqtt"), kept.target("nats")});
+    for (std::uint64_t sample = 6; sample <= 8; ++sample) process.happens(sample);
+  }
+  kept.fails = 0;
+  Deliveries::Options options{0.005, 0.02};
+  options.most_waiting = 5;
+  Process process(folder.path(), {kept.target("nats")}, options);
+  EXPECT_TRUE(eventually([&] { return kept.keys().size() == 3; }));
+  process.deliveries().stop();
+  process.commit();
+  EXPECT_EQ(process.waiting_in_store(), 0U);
+}
+
+TEST(Deliveries, TheOldestIsGivenUpWhereAFormerProcessLeftTooMany) {
+  const Folder folder;
+  FakeReceiver receiver;
+  receiver.hangs = true;
+  {
+    Process process(folder.path(), {receiver.target("nats")});
+    for (std::uint64_t sample = 1; sample <= 6; ++sample) process.happens(sample);
+  }
+  receiver.hangs = false;
+  Deliveries::Options options{0.005, 0.02};
+  options.most_waiting = 4;
+  Process process(folder.path(), {receiver.target("nats")}, options);
+  EXPECT_TRUE(eventually([&] { return receiver.keys().size() == 4; }));
+  EXPECT_TRUE(receiver.keys().back().ends_with(":6:raised"));
+  process.deliveries().stop();
+  process.commit();
+  EXPECT_EQ(process.waiting_in_store(), 0U);
+}
+
 TEST(Deliveries, AWebhookGetsEachAlarmOnceAndOneThatHangsDoesNotDelayTheEnd) {
   Webhook webhook;
   webhook.fails = 2;

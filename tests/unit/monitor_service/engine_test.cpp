@@ -74,6 +74,11 @@ class Watched {
   }
   Engine& engine() { return *engine_; }
   std::int64_t since_ns() const { return since_ns_; }
+  /// With what the engine has given out in the end.
+  const std::vector<Told>& actions() {
+    look();
+    return actions_;
+  }
   std::uint64_t sample_of(monitoring::AlarmId id) { return samples_[alarm_name(id)]; }
 
  private:
@@ -332,6 +337,35 @@ TEST(Engine, AnAxisThatWaitsToLearnDoesNotFillItsRing) {
   look();
   EXPECT_GT(std::count_if(gathered.begin(), gathered.end(), [](const auto& axis) { return axis.second > 0; }),
             1);
+}
+
+TEST(Engine, WhatAPersonDoesWhileAnAxisLearnsIsTakenInBeforeItEnds) {
+  Watched axis;
+  axis.put(60.0);
+  const auto learns = [&] {
+    const auto live = axis.engine().live(0);
+    return live->phase == monitoring::Phase::learning && !live->waits_to_learn;
+  };
+  for (int i = 0; i < 20'000 && !learns(); ++i) std::this_thread::sleep_for(1ms);
+  ASSERT_TRUE(learns());
+  ASSERT_TRUE(axis.engine().act(0, ActionKind::maintenance, {}, 1e6, "tester", ""));
+  axis.engine().stop();
+  const auto& actions = axis.actions();
+  EXPECT_TRUE(
+      std::any_of(actions.begin(), actions.end(), [](const Told& told) { return told.who == "tester"; }));
+}
+
+TEST(Engine, AnAxisThatBeginsAnewGivesASnapshotBeforeAllElse) {
+  Many many(16'000);
+  for (auto& axis : many.axes) axis.begins_anew = true;
+  Engine engine(std::move(many.axes), {});
+  engine.start();
+  std::vector<Results> first;
+  EXPECT_TRUE(comes([&] {
+    if (first.empty()) first = engine.take();
+    return !first.empty();
+  }));
+  for (const auto& results : first) EXPECT_TRUE(results.snapshot);
 }
 
 TEST(Engine, ShelvingAndMaintenanceEndByTheClockToo) {

@@ -5,9 +5,11 @@
 
 #include <array>
 #include <chrono>
+#include <cstdint>
 #include <memory>
 #include <monitor/service/installation.hpp>
 #include <monitor/web/backend.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -18,11 +20,12 @@ namespace resonid::monitor {
 /// A sender of some samples whenever the test wants it, and of none in between.
 class Pulses {
  public:
-  /// Samples without times, as of lines.
-  void send() {
+  /// Samples without numbers, as of lines; `time_ns`: of the first one, where it is told.
+  void send(std::size_t samples = 10, std::optional<std::int64_t> time_ns = {}) {
     constexpr std::array<std::string_view, 2> kColumns{"u", "y"};
-    const std::vector<double> values(20, 0.25);
+    const std::vector<double> values(2 * samples, 0.25);
     Arrival arrival;
+    arrival.time_ns = time_ns;
     arrival.columns = kColumns;
     arrival.values = values;
     for (auto* intake : axes_->all()) EXPECT_EQ(intake->add(arrival), Intake::Outcome::taken);

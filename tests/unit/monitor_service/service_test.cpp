@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <monitor/service/service.hpp>
 #include <monitor/store/reader.hpp>
@@ -14,6 +17,7 @@
 #include "children.hpp"
 #include "drive.hpp"
 #include "folder.hpp"
+#include "pulsed.hpp"
 
 namespace resonid::monitor {
 namespace {
@@ -101,6 +105,50 @@ TEST(Service, LosesNothingToKillsAtAnyInstant) {
   RecordProperty("kills", done);
   RecordProperty("slowest_start_ms", static_cast<int>(1e3 * slowest));
   expect_same(truth, stored(killed.path()));
+}
+
+TEST(Service, GivesRawSamplesByTheirSendersTimesOverAPause) {
+  const Folder folder;
+  Pulses pulses;
+  auto service = Service::start(pulses.installation(folder.path(), {"x"}));
+  ASSERT_TRUE(service) << message_of(service.error());
+  const auto& backend = (*service)->backend();
+  EXPECT_TRUE(std::isnan(backend.axis("x")->raw_from_time_s));
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  const std::int64_t begin_s = now_ns() / kSecond - 52;
+  for (int i = 0; i < 27; ++i) pulses.send(1000, (begin_s + i + (i < 15 ? 0 : 25)) * kSecond);
+  const auto first_line = [&](int from_s, int to_s) {
+    const auto text =
+        backend.raw("x", static_cast<double>(begin_s + from_s), static_cast<double>(begin_s + to_s));
+    return text ? text->substr(0, text->find(';')) : text.error().message;
+  };
+  EXPECT_NEAR(backend.axis("x")->raw_from_time_s, static_cast<double>(begin_s), 1e-5);
+  EXPECT_EQ(first_line(7, 8), "# axis x, samples 7000 to 8000");
+  EXPECT_EQ(first_line(45, 46), "# axis x, samples 20000 to 21000");
+  EXPECT_EQ(first_line(14, 41), "# axis x, samples 14000 to 16000");
+  EXPECT_NE(first_line(20, 21).find("no samples of this time"), std::string::npos) << first_line(20, 21);
+  EXPECT_NE(first_line(52, 60).find("no samples of this time"), std::string::npos);
+  (*service)->stop();
+}
+
+TEST(Service, GivesRawSamplesWithoutTimesByWhenTheyCame) {
+  const Folder folder;
+  Pulses pulses;
+  auto service = Service::start(pulses.installation(folder.path(), {"x"}));
+  ASSERT_TRUE(service) << message_of(service.error());
+  const auto& backend = (*service)->backend();
+  pulses.send(2000);
+  bool given = false;
+  for (int i = 0; i < 500 && !given; ++i) {
+    std::this_thread::sleep_for(10ms);
+    const double from_s = backend.axis("x")->raw_from_time_s;
+    if (!std::isfinite(from_s)) continue;
+    EXPECT_LT(from_s, 1e-9 * static_cast<double>(now_ns()) - 1.5);
+    const auto raw = backend.raw("x", from_s - 1.0, from_s + 0.5);
+    given = raw && std::abs(std::count(raw->begin(), raw->end(), '\n') - 502) <= 2;  // with two of the head
+  }
+  EXPECT_TRUE(given);
+  (*service)->stop();
 }
 
 TEST(Service, AnswersWhileItRunsAndTakesActions) {

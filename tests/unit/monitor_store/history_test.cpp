@@ -218,6 +218,35 @@ TEST(Compare, TakesTheNearestStretchThatIsTrusted) {
   EXPECT_TRUE(std::isnan(never[1].sigma));
 }
 
+TEST(Compare, LeavesOutFiguresThatAreOfAnotherTime) {
+  const Folder folder;
+  Store store = opened(folder.file());
+  Batch batch;
+  batch.axes = {{"x", 0.0}};
+  for (int i = 0; i < 4 * 3600; ++i) {
+    auto row = some_row(static_cast<std::uint64_t>(i));
+    if (i < 2 * 3600) row[Watched::phase_margin] = {40.0, 1.0};  // then the controller changes
+    batch.rows.push_back(record_of("x", kStart + i * kSecond, row));
+  }
+  value(store.commit(batch));
+  keep_up(store, kStart + 4 * kHour + 300 * kSecond);
+  auto reader = reader_of(folder.file());
+  const auto differences = value(reader.compare("x", kStart + 1800 * kSecond, kStart + 3 * kHour));
+  ASSERT_EQ(differences.size(), 3U);
+  EXPECT_EQ(differences[2].figure, Watched::phase_margin);
+  EXPECT_TRUE(differences[2].a);
+  EXPECT_FALSE(differences[2].b) << "of an hour before";
+  for (const auto& d : differences) {
+    EXPECT_EQ(d.a->from_ns, differences[0].a->from_ns);
+    EXPECT_EQ(d.b.has_value(), d.figure != Watched::phase_margin);
+  }
+  // Where no rows are, the nearest hour of all figures' counts.
+  const auto later = value(reader.compare("x", kStart + 1800 * kSecond, kStart + kDay));
+  ASSERT_EQ(later.size(), 3U);
+  EXPECT_EQ(later[0].b->from_ns, kStart + 3 * kHour);
+  EXPECT_FALSE(later[2].b);
+}
+
 TEST(Compare, TheChanceIsThatOfTheDifferenceWhereNothingChanged) {
   // 120 pairs of stretches of one machine: about 5 % lie beyond 1.96 standard deviations.
   LoosenedMachine machine(1200 * 61, 1'000'000);

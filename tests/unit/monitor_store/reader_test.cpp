@@ -31,6 +31,30 @@ TEST(Reader, AnAlarmThatClearedIsFoundBehindAnyNumberOfActiveOnes) {
   EXPECT_EQ(newest(AlarmFilter::open, 10), "4321");
 }
 
+TEST(Reader, ActiveAlarmsAreCountedWhateverTheirNumber) {
+  const Folder folder;
+  Store store = opened(folder.file());
+  Batch batch;
+  const auto alarm_of = [](int id, int severity, bool active) {
+    AlarmRecord alarm;
+    alarm.id = std::to_string(id);
+    alarm.axis = "x";
+    alarm.severity = severity;
+    alarm.active = active;
+    return alarm;
+  };
+  for (int i = 0; i < 2000; ++i) batch.alarms.push_back(alarm_of(i, i < 3 ? 2 : 1, i % 2 == 0));
+  batch.alarms[4].open = false;  // its axis is gone
+  value(store.commit(batch));
+  auto reader = reader_of(folder.file());
+  using Counts = std::map<int, std::uint64_t>;
+  EXPECT_EQ(value(reader.active_alarms({})), (Counts{{1, 997}, {2, 2}}));
+  // Not written yet: one that cleared, one whose severity has changed, one that came back, a new one.
+  const std::vector<AlarmRecord> newer = {alarm_of(0, 2, false), alarm_of(2, 0, true), alarm_of(5, 1, true),
+                                          alarm_of(9999, 1, true)};
+  EXPECT_EQ(value(reader.active_alarms(newer)), (Counts{{0, 1}, {1, 999}, {2, 0}}));
+}
+
 TEST(Reader, AlarmsThatWereOpenWithinATimeAreFound) {
   const Folder folder;
   Store store = opened(folder.file());

@@ -279,6 +279,8 @@ TEST(Store, ReplayReadsActionsInTheOrderInWhichTheyAct) {
   EXPECT_EQ(value(reader.newest_action("x"))->key, "k3");
   EXPECT_EQ(value(reader.newest_action("y"))->key, "k4");
   EXPECT_FALSE(value(reader.newest_action("z")));
+  EXPECT_EQ(value(reader.newest_action_ns("x", "relearn")), kStart + 1);
+  EXPECT_FALSE(value(reader.newest_action_ns("y", "relearn")));
   const auto audit = value(reader.audit(2));
   ASSERT_EQ(audit.size(), 2U);
   EXPECT_EQ(audit[0].key, "k4");
@@ -333,6 +335,28 @@ TEST(Store, OutboxGivesEachMessageUntilItIsDelivered) {
   value(store.commit(delivered));
   value(store.commit(batch));  // the replay raises the same alarm: not sent again
   EXPECT_TRUE(value(reader.outbox_due(kStart + kHour, 10)).empty());
+}
+
+TEST(Store, TheOutboxGivesUpAllThatWaitsForATarget) {
+  const Folder folder;
+  Store store = opened(folder.file());
+  Batch batch;
+  batch.outbox = {{"mqtt/1", "mqtt", "{1}", kStart},
+                  {"nats/1", "nats", "{1}", kStart},
+                  {"mqtt/2", "mqtt", "{2}", kStart},
+                  {"mqtt", "webhook", "{1}", kStart}};  // a key, not the target
+  value(store.commit(batch));
+  auto reader = reader_of(folder.file());
+  EXPECT_EQ(value(reader.outbox_targets()).size(), 3U);
+  ASSERT_EQ(value(reader.outbox_due(kStart, 10, "nats")).size(), 1U);
+  EXPECT_EQ(value(reader.outbox_due(kStart, 10, "nats"))[0].message.key, "nats/1");
+  EXPECT_EQ(value(reader.outbox_due(kStart, 1, "mqtt"))[0].message.key, "mqtt/1");
+  Batch given_up;
+  given_up.deliveries = {{"mqtt", kStart + 1, {}, "given up", true}};
+  value(store.commit(given_up));
+  EXPECT_TRUE(value(reader.outbox_due(kStart, 10, "mqtt")).empty());
+  EXPECT_EQ(value(reader.outbox_due(kStart, 10)).size(), 2U);
+  EXPECT_EQ(value(reader.outbox_targets()).size(), 2U);
 }
 
 TEST(Store, KeepsItsInstallation) {

@@ -167,7 +167,7 @@ TEST(Upkeep, TheFileStaysBoundedAndWhatMustStayStays) {
     largest = std::max(largest, store.file_bytes());
   }
   auto reader = reader_of(folder.file());
-  // The closed alarm's evidence went since rows and hours alone could not make room, the open one's stays.
+  // The closed alarm's evidence went, the open one's stays.
   EXPECT_EQ(value(reader.evidence_to_remove(10)), (std::vector<std::string>{"closed.csv"}));
   EXPECT_EQ(value(reader.evidence("open")).size(), 1U);
   EXPECT_TRUE(value(reader.evidence("closed")).empty());
@@ -183,6 +183,88 @@ TEST(Upkeep, TheFileStaysBoundedAndWhatMustStayStays) {
   value(store.commit(gone));
   EXPECT_TRUE(value(reader.evidence_to_remove(10)).empty());
   EXPECT_EQ(value(reader.evidence("open")).size(), 1U);  // nobody asked for that
+}
+
+TEST(Upkeep, EvidenceDrivesOutNoTrends) {
+  const auto run_with = [](const Folder& folder, std::uint64_t limit, int files) {
+    StoreOptions options;
+    options.retention.bytes = limit;
+    Store store = opened(folder.file(), options);
+    Batch batch;
+    for (int i = 0; i < files; ++i)
+      batch.evidence.push_back({std::to_string(i), std::to_string(i), "x", 0, 10, kStart + i, 1'000'000});
+    value(store.commit(batch));
+    run_machine(store, {"x"}, kStart, kStart + 2 * kDay, 6 * kSecond);
+  };
+  const Folder much, little;
+  run_with(much, 12'000'000, 15);
+  auto reader = reader_of(much.file());
+  EXPECT_EQ(value(reader.rows("x", kStart, kStart + kHour, 999)).size(), 600U);
+  EXPECT_EQ(
+      count_in(much.file(), "SELECT count(*) FROM five_minutes WHERE start_ns = " + std::to_string(kStart)),
+      1);
+  const auto gone = value(reader.evidence_to_remove(99));
+  EXPECT_GE(gone.size(), 4U);
+  EXPECT_LE(gone.size(), 9U);
+  EXPECT_TRUE(value(reader.evidence("0")).empty());
+  EXPECT_EQ(value(reader.evidence("14")).size(), 1U);
+
+  run_with(little, 2'400'000, 1);
+  EXPECT_TRUE(value(reader_of(little.file()).evidence_to_remove(9)).empty());
+  EXPECT_TRUE(value(reader_of(little.file()).rows("x", kStart, kStart + kHour, 999)).empty());
+}
+
+/// A day of rows each 10 s, the first half at 10 Hz, the second at 20 Hz; each hour is committed at the time
+/// `now` says.
+template <class Now>
+void commit_day_of_halves(Store& store, Now&& now) {
+  for (int hour = 0; hour < 24; ++hour) {
+    Batch batch;
+    for (int i = 360 * hour; i < 360 * (hour + 1); ++i)
+      batch.rows.push_back(record_of("x", kStart + 10 * i * kSecond,
+                                     some_row(static_cast<std::uint64_t>(i), hour < 12 ? 10.0 : 20.0)));
+    value(store.commit(batch));
+    keep_up(store, now(hour));
+  }
+}
+
+void expect_day_of_halves(const Folder& folder) {
+  const auto day =
+      value(reader_of(folder.file())
+                .history({"x", {Watched::resonance}, kStart, kStart + kDay, 9, Resolution::day}));
+  ASSERT_EQ(day.time_ns.size(), 1U);
+  EXPECT_EQ(day.figures[0][0].rows, 8640U);
+  EXPECT_NEAR(day.figures[0][0].mean, 15.0, 1e-9);
+}
+
+TEST(Upkeep, ADayIsThatOfAllItsHoursHoweverShortTheyAreKept) {
+  for (const double hours_s : {60.0, 7200.0, 43200.0, 86400.0}) {
+    SCOPED_TRACE(hours_s);
+    const Folder folder;
+    StoreOptions options;
+    options.retention.hours_s = hours_s;
+    Store store = opened(folder.file(), options);
+    commit_day_of_halves(store, [](int hour) { return kStart + (hour + 1) * kHour; });
+    keep_up(store, kStart + kDay + 2 * kHour);
+    expect_day_of_halves(folder);
+    Batch next;
+    next.rows = {record_of("x", kStart + kDay + kSecond, some_row(10'000))};
+    value(store.commit(next));
+    for (const auto minutes : {0, 2, 4})
+      keep_up(store, kStart + 3 * kDay + kHour + minutes * 60 * kSecond);  // moved, settled, removed
+    expect_day_of_halves(folder);
+    EXPECT_EQ(count_in(folder.file(), "SELECT count(*) FROM hours"), 1);
+  }
+}
+
+TEST(Upkeep, ADayThatComesLaterIsThatOfAllItsHours) {
+  const Folder folder;
+  StoreOptions options;
+  options.retention.bytes = 1000;  // all that may go goes
+  Store store = opened(folder.file(), options);
+  commit_day_of_halves(store, [](int hour) { return kStart + 3 * kDay + hour * 20 * kSecond; });
+  keep_up(store, kStart + 3 * kDay + kHour);
+  expect_day_of_halves(folder);
 }
 
 TEST(Upkeep, SaysWhereNothingMoreMayBeRemoved) {

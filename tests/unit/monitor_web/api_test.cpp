@@ -367,6 +367,11 @@ TEST_F(WebApi, ServesThePage) {
   EXPECT_EQ(json::parse(ask("GET", "/openapi.json").body), api.document);
 }
 
+TEST_F(WebApi, TheMetricsCountMoreAlarmsThanOneAnswerHas) {
+  EXPECT_NE(ask("GET", "/metrics").body.find("\nresonid_alarms_active{severity=\"medium\"} 2500\n"),
+            std::string::npos);
+}
+
 TEST_F(WebApi, SaysWhetherItIsReady) {
   EXPECT_EQ(get("/healthz").at("healthy"), true);
   EXPECT_EQ(get("/readyz").at("ready"), true);

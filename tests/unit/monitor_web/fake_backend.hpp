@@ -150,6 +150,7 @@ class FakeBackend : public Backend {
     if (all.size() > question.limit) all.resize(question.limit);
     return all;
   }
+  Answer<AlarmCounts> active_alarms() const override { return AlarmCounts{0, 2500, 1}; }
   Answer<Alarm> alarm(std::uint64_t alarm) const override {
     if (alarm != 1) return none("id");
     auto found = an_alarm(1);

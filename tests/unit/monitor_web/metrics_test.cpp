@@ -23,7 +23,7 @@ WebCounts some_counts() { return {3, 2, 1, {{200, 10}, {404, 1}}, 100, 5}; }
 
 std::string text_of(const std::vector<AxisStatus>& axes) {
   const test::FakeBackend backend;
-  return metrics_text(axes, std::vector<Alarm>{test::an_alarm(1)}, backend.status(), some_counts());
+  return metrics_text(axes, backend.active_alarms(), backend.status(), some_counts());
 }
 
 bool has_line(const std::string& text, const std::string& line) {
@@ -60,7 +60,8 @@ TEST(WebMetrics, BaseUnitsAndLabels) {
                            R"(resonid_samples_missing_total{axis="x"} 5)",
                            R"(resonid_faults_total{axis="x",kind="clock"} 2)",
                            R"(resonid_alarms_active{severity="high"} 1)",
-                           R"(resonid_alarms_active{severity="medium"} 0)",
+                           R"(resonid_alarms_active{severity="medium"} 2500)",
+                           R"(resonid_alarms_active{severity="low"} 0)",
                            R"(resonid_source_lost_total{source="line-1",kind="mqtt"} 1)",
                            R"(resonid_deliveries_waiting{target="webhook"} 2)",
                            R"(resonid_delivery_failures_total{target="webhook"} 3)",
@@ -82,6 +83,12 @@ TEST(WebMetrics, WhatIsNotKnownIsAbsent) {
   EXPECT_EQ(text.find("resonid_newest_sample"), std::string::npos);
   EXPECT_TRUE(has_line(text, R"(resonid_axis_state{axis="y",state="waiting"} 1)"));
   EXPECT_TRUE(has_line(text, R"(resonid_trusted{axis="y"} 0)"));
+}
+
+TEST(WebMetrics, AlarmsThatCannotBeCountedAreAbsent) {
+  const auto text = metrics_text(
+      {}, unexpected<Problem>(Problem{Problem::Kind::unavailable, "store", "cannot be read"}), {}, {});
+  EXPECT_EQ(text.find("resonid_alarms_active"), std::string::npos);
 }
 
 TEST(WebMetrics, EscapesLabels) {

@@ -92,7 +92,7 @@ export function alarmView(main, { fleet, alarms, path }) {
     try {
       const told = list((await get(`alarms/${part(id)}/events`)).events);
       if (mine !== asked) return;
-      events.lastElementChild.replaceChildren(grid(["Time", "What", "By", "Text"], told.map((e) => [stamp(e.time_s), TRANSITIONS[e.transition] ?? words(e.transition ?? ""), e.who ?? "–", e.reason ?? sentence(e.text)]), { caption: "Events of the alarm", className: "plain" }));
+      events.lastElementChild.replaceChildren(grid(["Time", "What", "By", "Reason", "Text"], told.map((e) => [stamp(e.time_s), TRANSITIONS[e.transition] ?? words(e.transition ?? ""), e.who ?? "–", e.reason ?? "", sentence(e.text)]), { caption: "Events of the alarm", className: "plain" }));
     } catch (error) {
       if (mine !== asked) return;
       again = performance.now() + AGAIN_MS;

@@ -25,7 +25,7 @@ export function compareView(main, { fleet, path, query, serverNow }) {
       const figures = answer.figures ?? {};
       const [at, bt] = [answer.a_time_s ?? a, answer.b_time_s ?? b];
       const names = orderedFigures(figures);
-      say(text, names.length ? `± one standard deviation; means of ten minutes around each date, of less where they are closer, or of that hour or day. ${names.filter((n) => differs(figures[n])).length} of ${names.length} figures differ significantly, by more than ${SIGNIFICANT} standard deviations.` : "Nothing is stored at one of these dates.");
+      say(text, names.length ? `± one standard deviation; means of ten minutes around each date, of less where they are closer, or of the nearest hour or day; figures without values there are left out. ${names.filter((n) => differs(figures[n])).length} of ${names.length} figures differ significantly, by more than ${SIGNIFICANT} standard deviations.` : "Nothing is stored at one of these dates.");
       if (names.length === 0) return;
       // The motion, by which the units are, may be known later.
       draw = () => renew(table, fleet.axes.get(name)?.motion ?? "", () => [grid(["Figure", stamp(at), stamp(bt), "Difference", "Standard deviations", "Significant"], names.map((key) => {

@@ -29,7 +29,7 @@ export function statusView(main) {
         ["Disk", db.disk_full ? "FULL: nothing is stored until there is room" : db.text || "has room"],
         ["One false alarm of the installation in", duration(limit.false_alarm_interval_s)], ["One false alarm per figure in", duration(limit.per_figure_s)]], "Store and threshold");
       const events = list(trail.audit);
-      if (!trail.problem) renew(audit.lastElementChild, events, () => [events.length ? grid(["Time", "Axis", "What", "By", "Reason"], events.map((e) => [stamp(e.time_s), e.axis ?? "–", words(e.action), e.who ?? "–", e.reason ?? sentence(e.text)]), { caption: "What people and the service did, newest first", className: "plain" }) : h("p", { class: "soft" }, "Nothing yet.")]);
+      if (!trail.problem) renew(audit.lastElementChild, events, () => [events.length ? grid(["Time", "Axis", "What", "Alarm", "By", "Reason"], events.map((e) => [stamp(e.time_s), e.axis ?? "–", words(e.action), sentence(e.text) || "–", e.who ?? "–", e.reason ?? ""]), { caption: "What people and the service did, newest first", className: "plain" }) : h("p", { class: "soft" }, "Nothing yet.")]);
     } catch (error) {
       say(problem, `The status could not be loaded: ${error.message}`);
     }
