@@ -44,6 +44,8 @@ struct MonitorVerbOptions {
 void refuse_contradictions(const CLI::App& verb, const MonitorVerbOptions& o) {
   if (o.demo && !o.configuration.empty())
     throw UsageError("--demo: needs no configuration, found '" + o.configuration + "'");
+  if (o.schema && !o.configuration.empty())
+    throw UsageError("--schema: needs no configuration, found '" + o.configuration + "'");
   if (o.demo && o.replays()) throw UsageError("--demo: has its own samples; leave --replay or it out");
   if (!o.demo && !o.schema && !o.replays() && o.configuration.empty())
     throw UsageError("a configuration file is required, or --demo (see: resonid monitor --schema)");

@@ -40,15 +40,14 @@ static size_t make_frame(unsigned char* frame, const char* axis, uint64_t first)
   return total;
 }
 
-/* The next sample that the server wants; UINT64_MAX: no answer, or it takes no samples of the axis. */
-static uint64_t next_wanted(int s, const char* axis) {
+/* Whether an answer came: the next sample that the server wants; UINT64_MAX: it takes none of the axis. */
+static int answered(int s, const char* axis, uint64_t* next) {
   unsigned char answer[LONGEST];
   const size_t named = (8 + strlen(axis) + 7) / 8 * 8;
-  uint64_t next;
   uint32_t crc;
-  if (recv(s, answer, named + 12, MSG_WAITALL) != (ssize_t)(named + 12)) return UINT64_MAX;
-  memcpy(&next, answer + named, 8), memcpy(&crc, answer + named + 8, 4);
-  return memcmp(answer, "RSNA", 4) == 0 && crc == crc32c(answer, named + 8) ? next : UINT64_MAX;
+  if (recv(s, answer, named + 12, MSG_WAITALL) != (ssize_t)(named + 12)) return 0;
+  memcpy(next, answer + named, 8), memcpy(&crc, answer + named + 8, 4);
+  return memcmp(answer, "RSNA", 4) == 0 && crc == crc32c(answer, named + 8);
 }
 
 int main(int argc, char** argv) {
@@ -66,8 +65,9 @@ int main(int argc, char** argv) {
     int up = connect(s, to->ai_addr, to->ai_addrlen) == 0;
     while (up && next < end) {
       const size_t length = make_frame(frame, argv[3], next);
-      up = send(s, frame, length, MSG_NOSIGNAL) == (ssize_t)length;
-      up = up && (wanted = next_wanted(s, argv[3])) != UINT64_MAX;
+      up = send(s, frame, length, MSG_NOSIGNAL) == (ssize_t)length && answered(s, argv[3], &wanted);
+      if (up && wanted == UINT64_MAX)
+        fprintf(stderr, "the server takes no samples of axis %s\n", argv[3]), exit(1);
       if (up && wanted <= next) fputs("the server took nothing; its page says why\n", stderr), sleep(1);
       if (up) next = wanted;
     }

@@ -86,8 +86,8 @@ void describe(Visitor&& v, RetentionConfig& c) {
   v("days_s", c.days_s, "of means over days; 0: for ever (s)");
   v("evidence_s", c.evidence_s, "of the samples around alarms that are closed; 0: for ever (s)");
   v("size_bytes", c.size_bytes,
-    "of database and evidence, without rings, >= 1e7; beyond it the oldest rows go first, then five minutes, "
-    "hours, and evidence (bytes)");
+    "of database and evidence, without rings, >= 1e7; beyond it the oldest evidence goes first while it "
+    "takes more than half, then rows, five minutes, hours, and the rest of evidence (bytes)");
 }
 
 /// How a server is reached. Passwords stand in files of their own.
@@ -358,8 +358,9 @@ struct Findings {
 };
 
 /// Everything that can be known before it runs: ranges of every key, axes without a source, two axes on one
-/// channel, ports and clients' names that are used twice, files that are missing, broken or not readable, a
-/// data folder that cannot be written, and what is open to everybody. Files are read, nothing is written.
+/// channel, ports and clients' names that are used twice, files that are missing, broken or not readable,
+/// tokens, a certificate and a key that the web server would refuse, a data folder that cannot be written,
+/// and what is open to everybody. Files are read, nothing is written.
 [[nodiscard]] Findings check(const Configuration& configuration);
 
 struct ConfigurationFile {
@@ -446,7 +447,8 @@ struct ConfigurationChange {
 [[nodiscard]] std::vector<ConfigurationChange> changes(std::span<const ConfigurationKey> from,
                                                        std::span<const ConfigurationKey> to);
 
-/// docs/monitor_configuration.md: every table and key with type, default, range, unit and where it applies.
+/// docs/monitor_configuration.md but for its comment: every table and key with type, default, range, unit and
+/// where it applies.
 [[nodiscard]] std::string configuration_document();
 
 }  // namespace resonid::monitor

@@ -18,6 +18,7 @@
 #include "io/text.hpp"
 #include "monitor/service/axis_spec_of.hpp"
 #include "monitor/service/configuration.hpp"
+#include "monitor/web/server.hpp"
 
 namespace resonid::monitor {
 namespace {
@@ -101,8 +102,9 @@ class Checker {
                               io::in_quotes(own)));
   }
 
-  void readable(const std::string& field, const std::string& file) {
-    if (file.empty()) return;
+  /// False where no file is named, too.
+  bool readable(const std::string& field, const std::string& file) {
+    if (file.empty()) return false;
     std::error_code code;
     const auto path = c_.file(file);
     if (!fs::is_regular_file(path, code))
@@ -110,15 +112,33 @@ class Checker {
                                io::in_quotes(path.string())));
     else if (::access(path.c_str(), R_OK) != 0)
       error(field, fmt::format("found {}, which cannot be read", io::in_quotes(path.string())));
+    else
+      return true;
+    return false;
   }
 
-  void secret(const std::string& field, const std::string& file, std::size_t least) {
-    if (file.empty()) return;
+  /// Empty where no file is named or it is refused.
+  std::string secret(const std::string& field, const std::string& file, std::size_t least) {
+    if (file.empty()) return {};
     const auto path = c_.file(file);
-    if (const auto found = read_secret(path, least); !found) return error(field, message_of(found.error()));
+    auto found = read_secret(path, least);
+    if (!found) {
+      error(field, message_of(found.error()));
+      return {};
+    }
     struct ::stat facts {};
     if (::stat(path.c_str(), &facts) == 0 && (facts.st_mode & S_IROTH) != 0)
       warn(field, fmt::format("{} can be read by every user of this machine", io::in_quotes(path.string())));
+    return std::move(*found);
+  }
+
+  /// What the web server would refuse when the former one has ended already.
+  void served(const web::WebOptions& options, const char* suffix) {
+    const auto fine = web::check(options);
+    if (fine) return;
+    const Error& fault = fine.error();
+    const std::string file = fault.where.empty() ? "" : io::in_quotes(fault.where.str()) + ' ';
+    error(fmt::format("monitor.{}{}", fault.field.view(), suffix), file + fault.requirement.str());
   }
 
   void connection(const std::string& path, const Connection& connection) {
@@ -145,10 +165,16 @@ class Checker {
     if (!m.data.empty() && !can_be_made_or_written(c_.file(m.data)))
       error("monitor.data", fmt::format("found {}, required a folder that can be written",
                                         io::in_quotes(c_.file(m.data).string())));
-    secret("monitor.write_token_file", m.write_token_file, kShortestToken);
-    secret("monitor.read_token_file", m.read_token_file, kShortestToken);
-    readable("monitor.certificate_file", m.certificate_file);
-    readable("monitor.key_file", m.key_file);
+    web::WebOptions tokens, tls;  // one error of each
+    tokens.write_token = secret("monitor.write_token_file", m.write_token_file, kShortestToken);
+    tokens.read_token = secret("monitor.read_token_file", m.read_token_file, kShortestToken);
+    served(tokens, "_file");
+    const bool has_certificate = readable("monitor.certificate_file", m.certificate_file);
+    if (readable("monitor.key_file", m.key_file) && has_certificate) {
+      tls.listening.certificate_file = c_.file(m.certificate_file).string();
+      tls.listening.key_file = c_.file(m.key_file).string();
+      served(tls, "");
+    }
     port("monitor.listen", "TCP", m.listen);
     const auto place = endpoint(m.listen, 0);
     if (place && !place->is_loopback()) {

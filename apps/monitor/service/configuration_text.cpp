@@ -96,8 +96,6 @@ struct MonitorChecks {
 
 constexpr std::string_view kIntroduction = R"md(# Configuration of the monitor
 
-<!-- Written by a test with RESONID_WRITE_DOCS=1; change the descriptions in apps/monitor/service, not this file. -->
-
 `resonid monitor FILE.toml` reads one [TOML](https://toml.io) file: where samples come from, which machine axes are in them,
 and when people are to be told. [monitor.toml](../examples/monitor/monitor.toml) is one to begin with:
 

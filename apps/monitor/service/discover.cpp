@@ -9,6 +9,7 @@
 #include <resonid/base/error_text.hpp>
 #include <resonid/identification/detail/inspect.hpp>
 #include <resonid/io/detail/column_facts.hpp>
+#include <resonid/io/detail/number_list.hpp>
 #include <resonid/io/record_reader.hpp>
 #include <set>
 
@@ -33,11 +34,12 @@ double rounded_rate(double measured_hz) {
   constexpr double kNear = 0.005;
   constexpr std::array<double, 7> kUsual = {1.0, 1.25, 1.6, 2.0, 2.5, 4.0, 8.0};
   const double decade = std::pow(10.0, std::floor(std::log10(measured_hz)));
+  double rounded = measured_hz;
   for (const double usual : kUsual)
     for (const double rate : {usual * decade, 5.0 * decade, 10.0 * decade})
-      if (std::abs(measured_hz / rate - 1.0) < kNear) return rate;
-  const double digit = 1e-3 * decade;
-  return std::round(measured_hz / digit) * digit;
+      if (std::abs(measured_hz / rate - 1.0) < kNear) rounded = rate;
+  // By its text: products of powers of ten are printed with digits that nobody measured.
+  return io::parse_number(fmt::format("{:.4g}", rounded)).value_or(rounded);
 }
 
 /// Acceleration of the output, but for a factor, one sample shorter per difference.

@@ -108,6 +108,8 @@ expected<std::vector<Discovered>, Error> discover_file(const std::filesystem::pa
   if (!file) return not_read(name, errno);
   auto found = discover_pipe(file.get(), seconds, keep);
   if (!found) return found;
+  if (found->empty())
+    return refuse("", fmt::format("{} holds no samples; required CSV, JSON, line protocol or frames", name));
   return without_arrival(std::move(*found));
 }
 

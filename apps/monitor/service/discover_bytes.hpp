@@ -11,7 +11,8 @@
 // What files and ports seem to carry, in whatever format; discover_mqtt() and discover_nats() of the rest.
 namespace resonid::monitor {
 
-/// What a file holds now, as far as it is read within so many seconds. Errors: no regular file, not readable.
+/// What a file holds now, as far as it is read within so many seconds. Errors: no regular file, not readable,
+/// no samples.
 [[nodiscard]] expected<std::vector<Discovered>, Error> discover_file(const std::filesystem::path& path,
                                                                      double seconds, const KeepLooking& keep);
 /// What comes by a pipe until it is closed, or for so many seconds. Errors: it cannot be read.

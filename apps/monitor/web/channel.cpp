@@ -77,6 +77,8 @@ expected<TlsContext, Error> tls_context(const Listening& listening) {
   SSL_CTX_set_mode(context.get(), SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER |
                                       SSL_MODE_RELEASE_BUFFERS);
   SSL_CTX_set_options(context.get(), SSL_OP_NO_RENEGOTIATION);
+  // Nobody is there to be asked for the password of a key.
+  SSL_CTX_set_default_passwd_cb(context.get(), [](char*, int, int, void*) { return -1; });
   ERR_clear_error();
   const auto refused = [](const char* field, const std::string& file) {
     std::array<char, 256> why{};

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "monitor/web/api.hpp"
+#include "monitor/web/channel.hpp"
 #include "monitor/web/feed.hpp"
 
 namespace resonid::monitor::web {
@@ -20,6 +21,12 @@ namespace {
 double unix_time_s() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
+
+bool is_loopback(const std::string& address) {
+  return address == "localhost" || address == "::1" || address.starts_with("127.");
+}
+
+}  // namespace
 
 expected<void, Error> check(const WebOptions& options) {
   for (const auto& [field, token] :
@@ -42,14 +49,9 @@ expected<void, Error> check(const WebOptions& options) {
   if (!(limits.answer_bytes_per_second > 0.0)) return refuse("answer_bytes_per_second", "must be > 0");
   if (!(limits.requests_per_second > 0.0)) return refuse("requests_per_second", "must be > 0");
   if (!(limits.burst >= 1.0)) return refuse("burst", "must be at least 1", limits.burst);
+  if (const auto tls = tls_context(options.listening); !tls) return unexpected<Error>(tls.error());
   return {};
 }
-
-bool is_loopback(const std::string& address) {
-  return address == "localhost" || address == "::1" || address.starts_with("127.");
-}
-
-}  // namespace
 
 struct WebServer::Parts {
   Parts(Backend& backend, const WebOptions& given, std::unique_ptr<Sockets> open)

@@ -21,6 +21,9 @@ struct WebOptions {
   WebLimits limits;
 };
 
+/// Whether a server can start with this: tokens, limits, certificate and key. The address is not tried.
+[[nodiscard]] expected<void, Error> check(const WebOptions& options);
+
 /// HTTP, event streams and metrics over a Backend, which must outlive it.
 class WebServer {
  public:

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 
+#include "certificate.hpp"
 #include "configurations.hpp"
 
 namespace resonid::monitor::test {
@@ -273,6 +274,37 @@ TEST(Check, LooksAtFiles) {
 std::string with_service(const std::string& keys) {
   std::string text(kLeast);
   return text.insert(text.find("[source"), keys + "\n");
+}
+
+/// While a service runs, before it stops for another configuration.
+TEST(Check, LoadsWhatTheWebServerWould) {
+  const TemporaryFolder folder;
+  const web::test::Certificate own, other;
+  const auto errors = [&](const std::string& first, const std::string& second) {
+    return errors_of(folder, "", with_service(first + '\n' + second));
+  };
+  const auto tls = [&](const std::string& certificate, const std::string& key) {
+    return errors("certificate_file = '" + certificate + "'", "key_file = '" + key + "'");
+  };
+  EXPECT_EQ(tls(own.certificate(), own.key()), Texts{});
+  EXPECT_TRUE(is_only(tls(own.certificate(), other.key()),
+                      "m.toml:4:12: monitor.key_file: '" + other.key() + "' cannot be used", "mismatch"));
+  EXPECT_TRUE(
+      is_only(tls(own.certificate(), "none.pem"), "m.toml:4:12: monitor.key_file", "none of that name"));
+  for (const char* content : {"", "no certificate\n"}) {
+    (void)folder.file("broken.pem", content);
+    EXPECT_TRUE(
+        is_only(tls("broken.pem", own.key()), "m.toml:3:20: monitor.certificate_file: ", "cannot be used"));
+    EXPECT_TRUE(
+        is_only(tls(own.certificate(), "broken.pem"), "m.toml:4:12: monitor.key_file: ", "cannot be used"));
+  }
+
+  for (const char* name : {"write", "read"}) (void)folder.file(name, "0123456789abcdef\n");
+  const std::string write = "write_token_file = 'write'";
+  EXPECT_TRUE(is_only(errors(write, "read_token_file = 'read'"),
+                      "m.toml:4:19: monitor.read_token_file: ", "must differ from write_token"));
+  (void)folder.file("write", "blanks are of no use\n");
+  EXPECT_TRUE(is_only(errors(write, ""), "m.toml:3:20: monitor.write_token_file: ", "without spaces"));
 }
 
 TEST(Check, KeepsStrangersOut) {

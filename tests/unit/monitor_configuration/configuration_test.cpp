@@ -155,7 +155,10 @@ TEST(ConfigurationChanges, SeeThatAFileHoldsSomethingElse) {
 /// is written instead.
 TEST(ConfigurationDocument, IsTheOneInDocs) {
   const std::filesystem::path page = std::filesystem::path(RESONID_DOCS_DIR) / "monitor_configuration.md";
-  const auto written = configuration_document();
+  auto written = configuration_document();
+  written.insert(written.find('\n') + 1,
+                 "\n<!-- Written by a test with RESONID_WRITE_DOCS=1; change the descriptions in "
+                 "apps/monitor/service, not this file. -->\n");
   if (std::getenv("RESONID_WRITE_DOCS") != nullptr) std::ofstream(page, std::ios::binary) << written;
   EXPECT_EQ(contents_of(page), written);
 }

@@ -72,6 +72,20 @@ TEST(Discover, TakesTheRateOfAColumnOfTimes) {
   EXPECT_EQ(proposals.front().axis.sample_rate_hz, 500.0);
 }
 
+TEST(Discover, PrintsTheDigitsOfARateThatAreKnown) {
+  auto facts = simulated(1.0);
+  for (const auto& [measured, printed] :
+       std::initializer_list<std::pair<double, const char*>>{{510.2, "510.2"},
+                                                             {510.2384, "510.2"},
+                                                             {2001.0, "2000"},
+                                                             {0.03704, "0.03704"},
+                                                             {73126.0, "73130"}}) {
+    facts.sample_rate_hz = measured;
+    const std::string text = text_of(propose(std::vector{facts}));
+    EXPECT_NE(text.find(std::string("sample_rate_hz = ") + printed + '\n'), std::string::npos) << text;
+  }
+}
+
 TEST(Discover, LeavesToPeopleWhatDoesNotShow) {
   const TemporaryFolder folder;
   std::mt19937_64 random(1);

@@ -91,6 +91,17 @@ TEST(DiscoverFile, TakesNoRateFromTheSpeedOfReading) {
   EXPECT_FALSE(discover_file(folder.path(), 1.0, [] { return true; }));
 }
 
+TEST(DiscoverFile, SaysThatItHoldsNoSamples) {
+  const Folder folder;
+  const auto path = folder.path() / "x.bin";
+  for (const std::string& bytes : {std::string(), std::string(1000, '\0')}) {
+    std::ofstream(path, std::ios::binary) << bytes;
+    const auto found = discover_file(path, 10.0, [] { return true; });
+    ASSERT_FALSE(found);
+    EXPECT_NE(found.error().requirement.view().find("holds no samples"), std::string_view::npos);
+  }
+}
+
 /// A client of frames gets answers, but nothing is acknowledged.
 TEST(DiscoverTcp, AnswersWithoutAcknowledging) {
   constexpr std::uint16_t kPort = 0;

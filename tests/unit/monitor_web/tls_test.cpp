@@ -1,64 +1,18 @@
 // SPDX-License-Identifier: MIT
-#include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <openssl/err.h>
-#include <openssl/evp.h>
-#include <openssl/pem.h>
 #include <openssl/ssl.h>
-#include <openssl/x509.h>
-#include <unistd.h>
 
-#include <cstdio>
-#include <filesystem>
 #include <fstream>
 #include <memory>
 
+#include "certificate.hpp"
 #include "fake_backend.hpp"
 #include "monitor/web/server.hpp"
 #include "web_client.hpp"
 
 namespace resonid::monitor::web {
 namespace {
-
-namespace fs = std::filesystem;
-
-/// A certificate of its own and its key, in files.
-class Certificate {
- public:
-  Certificate() : folder_(fs::temp_directory_path() / fmt::format("resonid_tls_{}", ::getpid())) {
-    fs::create_directory(folder_);
-    EVP_PKEY* const pair = EVP_EC_gen("P-256");
-    X509* const x = X509_new();
-    X509_set_version(x, 2);
-    ASN1_INTEGER_set(X509_get_serialNumber(x), 1);
-    X509_gmtime_adj(X509_getm_notBefore(x), -60);
-    X509_gmtime_adj(X509_getm_notAfter(x), 3600);
-    X509_set_pubkey(x, pair);
-    X509_NAME_add_entry_by_txt(X509_get_subject_name(x), "CN", MBSTRING_ASC,
-                               reinterpret_cast<const unsigned char*>("localhost"), -1, -1, 0);
-    X509_set_issuer_name(x, X509_get_subject_name(x));
-    X509_sign(x, pair, EVP_sha256());
-    write(certificate(), [&](std::FILE* file) { PEM_write_X509(file, x); });
-    write(key(),
-          [&](std::FILE* file) { PEM_write_PrivateKey(file, pair, nullptr, nullptr, 0, nullptr, nullptr); });
-    X509_free(x);
-    EVP_PKEY_free(pair);
-  }
-  ~Certificate() { fs::remove_all(folder_); }
-  Certificate(const Certificate&) = delete;
-  Certificate& operator=(const Certificate&) = delete;
-  [[nodiscard]] std::string certificate() const { return folder_ / "certificate.pem"; }
-  [[nodiscard]] std::string key() const { return folder_ / "key.pem"; }
-
- private:
-  template <class Write>
-  static void write(const std::string& path, Write write_to) {
-    std::FILE* const file = std::fopen(path.c_str(), "w");
-    write_to(file);
-    std::fclose(file);
-  }
-  fs::path folder_;
-};
 
 /// TLS over a client's socket, which waits.
 class TlsClient {
@@ -110,7 +64,7 @@ class WebTls : public testing::Test {
     options.listening.key_file = certificate.key();
   }
 
-  Certificate certificate;
+  test::Certificate certificate;
   test::FakeBackend backend;
   WebOptions options;
   std::unique_ptr<WebServer> server;
@@ -161,7 +115,7 @@ TEST_F(WebTls, RefusesFilesThatAreNone) {
   started = start();
   ASSERT_FALSE(started);
   EXPECT_EQ(started.error().field, "certificate_file");
-  const Certificate* const same = &certificate;
+  const test::Certificate* const same = &certificate;
   std::ofstream(same->certificate()) << "no certificate";
   options.listening.certificate_file = same->certificate();
   EXPECT_FALSE(start());
