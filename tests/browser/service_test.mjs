@@ -158,7 +158,7 @@ describe("page of the real service", { skip: SKIP }, () => {
     await visit("#/alarms?state=shelved");
     await says(".alarm-list", /belt: Stiffness fell .*shelved until .* by Kim: comes on Friday/);
     await visit("#/status");
-    await says("main", /belt shelve Kim comes on Friday/i);
+    await says("main", /belt shelve stiffness Kim comes on Friday/i);
     await picture(page, "service-status");
     await fits(page, axe, "status");
     noTrouble();
@@ -225,7 +225,7 @@ describe("page of the real service", { skip: SKIP }, () => {
     await page.waitForFunction(() => document.querySelector(".maintenance").hidden);
     assert.equal((await told("axes/steady")).maintenance_until_time_s, undefined);
     await visit("#/status");
-    await says("main", /steady End maintenance Kim .*steady Maintenance Kim greasing/i);
+    await says("main", /steady End maintenance – Kim .*steady Maintenance – Kim greasing/i);
     noTrouble();
   });
 
