@@ -182,7 +182,7 @@ TEST_F(Monitor, DiscoversWhatComesByAPipe) {
       << result.out;
   expect_refused("monitor --discover - < /dev/null", {"nothing came"});
   write("words.txt", "the door is open\n");
-  expect_refused("monitor --discover words.txt", {"words.txt", "nothing"});
+  expect_refused("monitor --discover words.txt", {"words.txt", "holds no samples"});
   expect_refused("monitor --discover none.csv", {"none.csv", "none of that name"});
   expect_refused("monitor --discover mqtt://127.0.0.1:1", {"127.0.0.1:1", "refused"});
   expect_refused("monitor --discover nats://127.0.0.1:1", {"nats"});
