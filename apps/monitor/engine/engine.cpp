@@ -230,10 +230,9 @@ class Engine::Impl {
         worker.begun.store(Clock::now());
       }
       const bool drained = taken == 0 || begin > drain_until_;
-      const auto& slots = slots_;  // what a learner's axis was told has its turn when that is done
-      const bool is_told = std::any_of(worker.axes.begin(), worker.axes.end(),
-                                       [&slots](std::size_t i) { return is_asked(*slots[i]); });
-      if (stopping && drained && !is_told) break;
+      const auto is_told = [this](std::size_t i) { return is_asked(*slots_[i]); };
+      // What an axis was told while a learner had it has its turn when that is done.
+      if (stopping && drained && std::none_of(worker.axes.begin(), worker.axes.end(), is_told)) break;
       hand_over(worker, begin, false);
       busy_ns_.fetch_add(std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - begin).count(),
                          std::memory_order_relaxed);

@@ -13,7 +13,6 @@
 
 #include "monitor/service/live_backend.hpp"
 #include "monitor/service/log.hpp"
-#include "monitor/service/raw_csv.hpp"
 #include "monitor/service/recorder.hpp"
 #include "monitor/service/watch.hpp"
 #include "monitor/store/reader.hpp"

@@ -105,9 +105,9 @@ class TrendWatch {
 ///   g <- max(0, g + min(z^2, 16) - 3.5)        jumped: g > 20
 ///
 /// which white innovations reach once in some 1e5 samples (then a few samples tell nothing), a changed
-/// parameter hardly ever, a spike never. What a jump could move before it is found is 3 standard deviations.
-/// At most three jumps in a row: what does not end is another machine, which is told with ever longer waits
-/// where that does not help either.
+/// parameter hardly ever unless much, a spike never. What a jump could move before it is found is 3 standard
+/// deviations. At most three jumps in a row: what does not end is another machine, which is told with ever
+/// longer waits where that does not help either.
 class LoadWatch {
  public:
   enum class Finding { none, load_jumped, machine_changed };
@@ -260,8 +260,8 @@ struct PhysicalRun {
       return Finding::none;
     }
     const auto found = load.see(z_square);
-    if (found == Finding::machine_changed || (found == Finding::load_jumped && remembered >= 2)) return found;
-    if (found == Finding::load_jumped) return Finding::none;  // there is nothing to go back to
+    if (found == Finding::load_jumped && remembered < 2) return Finding::none;  // nothing to go back to
+    if (found != Finding::none) return found;
     if (load.calm() && ++since_newer >= kBetween) {
       older = newer;
       newer = {filter.known(), noise, nis};
