@@ -16,6 +16,10 @@ struct UsageError : std::runtime_error {
 struct InputError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
+/// The same where the message has been told already.
+struct ToldError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
 /// --require-trusted and a result that is not. Ends with kNotTrusted.
 struct NotTrustedError : std::runtime_error {
   using std::runtime_error::runtime_error;

@@ -120,7 +120,11 @@ void run_replay(monitor::Replay replay, const MonitorVerbOptions& o) {
   if (!quiet) print_summary(replay_text(service->backend(), path, rows->rows()));
 }
 
-/// Notes where people read: standard output has one line.
+/// Where people read: standard output has one line.
+void tell_people(monitor::LogLevel level, const std::string& text) {
+  print_error(fmt::format("{}: {}\n", name_of(level), text));
+}
+
 void tell_checked(const monitor::ConfigurationFile& file, const std::string& path) {
   if (!output_settings().quiet)
     for (const auto& note : file.findings.notes) print_error(fmt::format("note: {}\n", message_of(note)));
@@ -138,11 +142,11 @@ void run_monitor(CLI::App& verb, MonitorVerbOptions& o) {
   if (o.schema) return print(monitor::configuration_document());
   if (o.demo) return run_demo(o);
   const ConfiguredRun run{o.configuration, o.data, o.listen};
+  if (!o.check && !o.replays()) return run_configured(run);
   std::optional<monitor::ConfigurationFile> file;
-  if (!o.configuration.empty()) file = configuration_of(run);
+  if (!o.configuration.empty()) file = configuration_of(run, tell_people);
   if (o.check) return tell_checked(*file, o.configuration);
-  if (o.replays()) return run_replay(read_replay(verb, o.replay, file ? &file->configuration : nullptr), o);
-  run_configured(run, std::move(*file));
+  run_replay(read_replay(verb, o.replay, file ? &file->configuration : nullptr), o);
 }
 
 }  // namespace

@@ -9,10 +9,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
+#include <optional>
 #include <resonid/base/error_text.hpp>
 #include <stdexcept>
 #include <utility>
@@ -30,6 +32,8 @@ namespace {
 
 using monitor::LogLevel;
 using monitor::say;
+
+constexpr std::chrono::minutes kMemoryReturnedEvery{1};
 
 /// Half of the time after which the watchdog would end us.
 double watchdog_pace_s() { return std::clamp(0.5 * monitor::watchdog_s().value_or(4.0), 0.01, 2.0); }
@@ -66,6 +70,14 @@ void say_notes(const monitor::ConfigurationFile& file) {
 void bound_heap() {
 #ifdef M_ARENA_MAX
   mallopt(M_ARENA_MAX, 2);
+#endif
+}
+
+/// What learning and long answers took and freed goes back to the machine: otherwise the most that was ever
+/// in use at once stays with the process, and over weeks that only grows.
+void return_free_memory() {
+#ifdef __GLIBC__
+  malloc_trim(0);
 #endif
 }
 
@@ -107,7 +119,7 @@ class Reloadable {
     monitor::notify(
         fmt::format("RELOADING=1\nMONOTONIC_USEC={}", now.tv_sec * 1'000'000 + now.tv_nsec / 1000));
     try {
-      take_over(configuration_of(run_));
+      take_over(configuration_of(run_, tell_log));
     } catch (const InputError& error) {
       say_lines(LogLevel::error, error.what());
       say(LogLevel::error, "the configuration is not taken over; the service goes on as it was");
@@ -168,10 +180,15 @@ int wait_for_signal(const sigset_t& signals, double every_s, const monitor::Serv
                     const std::function<bool()>& ended) {
   const auto seconds = static_cast<time_t>(every_s);
   const timespec wait{seconds, static_cast<long>(1e9 * (every_s - static_cast<double>(seconds)))};
+  auto next_return = std::chrono::steady_clock::now() + kMemoryReturnedEvery;
   while (!ended()) {
     const int signal = sigtimedwait(&signals, nullptr, &wait);
     if (signal > 0) return signal;
     if (service.healthy()) monitor::notify("WATCHDOG=1");
+    if (const auto now = std::chrono::steady_clock::now(); now >= next_return) {
+      return_free_memory();
+      next_return = now + kMemoryReturnedEvery;
+    }
   }
   return 0;
 }
@@ -194,12 +211,22 @@ void run_service(monitor::Installation installation, std::string_view place) {
   service->stop();
 }
 
-monitor::ConfigurationFile configuration_of(const ConfiguredRun& run) {
+void tell_log(LogLevel level, const std::string& text) { say(level, "{}", text); }
+
+monitor::ConfigurationFile configuration_of(const ConfiguredRun& run, const Tell& tell) {
   auto file = monitor::read_configuration(run.path, [&](monitor::Configuration& c) {
-    if (!run.data.empty()) c.monitor.data = std::filesystem::absolute(run.data).string();
-    if (!run.listen.empty()) c.monitor.listen = run.listen;
+    monitor::ToldElsewhere options;
+    const auto take = [&](std::string& value, const std::string& given, const char* key, const char* option) {
+      if (given.empty()) return;
+      value = given;
+      options[key] = option;
+    };
+    const auto data = run.data.empty() ? run.data : std::filesystem::absolute(run.data).string();
+    take(c.monitor.data, data, "monitor.data", "--data");
+    take(c.monitor.listen, run.listen, "monitor.listen", "--listen");
+    return options;
   });
-  for (const auto& w : file.findings.warnings) print_error(fmt::format("warning: {}\n", message_of(w)));
+  for (const auto& w : file.findings.warnings) tell(LogLevel::warning, message_of(w));
   if (!file.usable()) {
     std::string all;
     for (const auto& e : file.findings.errors) all += (all.empty() ? "" : "\n") + message_of(e);
@@ -208,10 +235,19 @@ monitor::ConfigurationFile configuration_of(const ConfiguredRun& run) {
   return file;
 }
 
-void run_configured(const ConfiguredRun& run, monitor::ConfigurationFile file) {
+void run_configured(const ConfiguredRun& run) {
   const sigset_t signals = block_signals();
-  say_notes(file);
-  Reloadable service(run, std::move(file.configuration));
+  std::optional<Reloadable> begun;
+  try {
+    auto file = configuration_of(run, tell_log);
+    say_notes(file);
+    begun.emplace(run, std::move(file.configuration));
+  } catch (const InputError& error) {
+    if (!monitor::logs_to_journal()) throw;
+    say_lines(LogLevel::error, error.what());
+    throw ToldError(error.what());
+  }
+  Reloadable& service = *begun;
   monitor::notify("READY=1");
   while (wait_for_signal(signals, watchdog_pace_s(), service.service()) == SIGHUP) service.reload();
   monitor::notify("STOPPING=1");

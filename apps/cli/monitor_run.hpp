@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "monitor/service/configuration.hpp"
+#include "monitor/service/log.hpp"
 #include "monitor/service/service.hpp"
 
 namespace resonid::cli {
@@ -31,9 +32,14 @@ void run_service(monitor::Installation installation, std::string_view place);
 struct ConfiguredRun {
   std::string path, data, listen;  ///< Empty: as configured.
 };
-/// A file that can be used: warnings on standard error; throws what keeps it from running.
-[[nodiscard]] monitor::ConfigurationFile configuration_of(const ConfiguredRun& run);
-/// The same until it is told to end; with SIGHUP the file is read again and taken over.
-void run_configured(const ConfiguredRun& run, monitor::ConfigurationFile file);
+/// How one line of what is to be said of a configuration is told.
+using Tell = std::function<void(monitor::LogLevel, const std::string&)>;
+/// A file that can be used: warnings are told; throws what keeps it from running.
+[[nodiscard]] monitor::ConfigurationFile configuration_of(const ConfiguredRun& run, const Tell& tell);
+/// As lines of the log, as a service tells everything.
+void tell_log(monitor::LogLevel level, const std::string& text);
+/// A service with this configuration until it is told to end; with SIGHUP the file is read again and taken
+/// over.
+void run_configured(const ConfiguredRun& run);
 
 }  // namespace resonid::cli

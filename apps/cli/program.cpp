@@ -124,6 +124,8 @@ int run_program(CLI::App& app, const std::vector<std::string>& arguments,
     print_wrong_use(app, error.what() + profile_place(error.what()));
   } catch (const InputError& error) {
     complain(error.what());
+  } catch (const ToldError&) {
+    tell_profile();
   } catch (const NotTrustedError& error) {
     complain(error.what());
     return kNotTrusted;

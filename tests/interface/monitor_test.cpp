@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
+#include <sys/stat.h>
+
 #include <chrono>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 
 #include "background_program.hpp"
@@ -129,6 +132,45 @@ TEST_F(Monitor, RefusesABrokenConfiguration) {
   expect_refused("monitor m.toml --check", {"monitor.data"});
   EXPECT_EQ(run("monitor m.toml --check --data here").exit_code, 0) << "the other one is not used";
   expect_refused("monitor none.toml", {"none.toml"});
+  configure("delay_s = -1\nspring = 1\nring_s = \"long\"\n");
+  expect_refused("monitor m.toml --check", {"m.toml:14:11:", "m.toml:15:1:", "m.toml:16:10:"});
+}
+
+TEST_F(Monitor, NamesTheOptionThatIsWrong) {
+  configure();
+  expect_refused("monitor m.toml --check --listen foo",
+                 {"resonid: --listen: found 'foo', required HOST:PORT"});
+  expect_refused("monitor m.toml --listen 0.0.0.0:80", {"resonid: --listen: is 0.0.0.0:80"});
+  expect_refused("monitor m.toml --check --data m.toml/x",
+                 {"resonid: --data: found '", "required a folder that can be written"});
+}
+
+/// Under systemd every line has its level, also those before the service runs; for people none has.
+TEST_F(Monitor, TellsTheJournalTheLevelOfEveryLine) {
+  const auto told = [&](const std::string& more, int exit_code) {
+    configure(more);
+    write("err.txt", "");  // the same file when the program has it
+    struct ::stat file {};
+    EXPECT_EQ(::stat(path("err.txt").c_str(), &file), 0);
+    test::BackgroundProgram program(
+        path(""), {"monitor", "m.toml"},
+        {"JOURNAL_STREAM=" + std::to_string(file.st_dev) + ":" + std::to_string(file.st_ino)});
+    EXPECT_TRUE(test::comes_true([&] { return port_in(program.out()) != 0 || program.ended(); }));
+    program.signal(SIGTERM);
+    EXPECT_EQ(program.exit_code(), exit_code) << program.error();
+    std::istringstream lines(program.error());
+    for (std::string line; std::getline(lines, line);)
+      EXPECT_TRUE(line.size() > 3 && line[0] == '<' && line[2] == '>') << line;
+    return program.error();
+  };
+  const std::string unread = "[source.more]\nkind = \"demo\"\n";
+  const auto warned = told(unread, 0);
+  EXPECT_TRUE(has(warned, "<4>m.toml:14:1: source.more: is read by no axis\n")) << warned;
+  const auto refused = told("delay_s = -1\nring_s = 1\n" + unread, 2);
+  EXPECT_TRUE(has(refused, "<3>m.toml:14:11: axis.demo.delay_s")) << refused;
+  EXPECT_TRUE(has(refused, "<3>m.toml:15:10: axis.demo.ring_s")) << refused;
+  const auto checked = run("monitor m.toml --check");
+  EXPECT_TRUE(has(checked.error, "warning: m.toml:16:1: source.more: is read by no axis\n")) << checked.error;
 }
 
 TEST_F(Monitor, RefusesOptionsThatContradict) {
@@ -142,6 +184,7 @@ TEST_F(Monitor, RefusesOptionsThatContradict) {
   expect_refused("monitor --discover x.csv --seconds 0", {"--seconds", "found 0", "0.1 ... 86400"});
   expect_refused("monitor --discover x.csv --password-file p", {"--password-file", "mqtt://"});
   expect_refused("monitor --discover mqtt://a --ca-file p", {"--ca-file", "mqtts://"});
+  expect_refused("monitor --discover hal:", {"[source.hal]", "kind = \"hal\"", "columns", "sampler.N.pin.0"});
   expect_refused("monitor --discover http://a", {"--discover", "http://a", "mqtt://"});
   expect_refused("monitor --discover tcp://127.0.0.1", {"HOST:PORT"});
   expect_refused("monitor --discover udp://127.0.0.1:9/x", {"HOST:PORT"});
@@ -187,6 +230,28 @@ TEST_F(Monitor, DiscoversWhatComesByAPipe) {
   expect_refused("monitor --discover mqtt://127.0.0.1:1", {"127.0.0.1:1", "refused"});
   expect_refused("monitor --discover nats://127.0.0.1:1", {"nats"});
   expect_refused("monitor --discover udp://127.0.0.1:0 --seconds 0.1", {"127.0.0.1:0"});
+}
+
+/// The time of the samples is no column; from what begins elsewhere no rate can be told.
+TEST_F(Monitor, DiscoversTimes) {
+  std::string since_1970, since_the_start = "time,u,y\n";
+  for (int k = 0; k < 300; ++k) {
+    const std::string u = std::to_string(k % 7), y = std::to_string(k % 5);
+    const std::string ms = std::to_string(1000 + 2 * k);
+    since_1970 += "{\"timestamp\":170000000" + ms + ",\"u\":" + u + ",\"y\":" + y + "}\n";
+    since_the_start += std::to_string(0.002 * k) + "," + u + "," + y + "\n";
+  }
+  write("line.json", since_1970);
+  const auto timed = run("monitor --discover line.json");
+  EXPECT_EQ(timed.exit_code, 0) << timed.error;
+  EXPECT_TRUE(has(timed.out, "\n# samples come with their time, which is followed")) << timed.out;
+  EXPECT_TRUE(has(timed.out, "\n[axis.file]\nsource = \"file\"\nsample_rate_hz = 500\n")) << timed.out;
+  write("line.csv", since_the_start);
+  const auto untimed = run("monitor --discover line.csv");
+  EXPECT_EQ(untimed.exit_code, 0) << untimed.error;
+  EXPECT_FALSE(has(untimed.out, "come with their time")) << untimed.out;
+  EXPECT_TRUE(has(untimed.out, "and is passed over, no column, where it counts from the start\n"))
+      << untimed.out;
 }
 
 /// The unit that is installed is one, and leaves the service little to do harm with.

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <monitoring/alarm_settings.hpp>
 #include <monitoring/axis_spec.hpp>
 #include <optional>
@@ -13,6 +14,7 @@
 #include <resonid/identification/options.hpp>
 #include <resonid/identification/track.hpp>
 #include <resonid/online/excitation/excitation.hpp>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -86,8 +88,8 @@ void describe(Visitor&& v, RetentionConfig& c) {
   v("days_s", c.days_s, "of means over days; 0: for ever (s)");
   v("evidence_s", c.evidence_s, "of the samples around alarms that are closed; 0: for ever (s)");
   v("size_bytes", c.size_bytes,
-    "of database and evidence, without rings, >= 1e7; beyond it the oldest evidence goes first while it "
-    "takes more than half, then rows, five minutes, hours, and the rest of evidence (bytes)");
+    "of database, evidence and its reports, without rings, >= 1e7; beyond it the oldest evidence goes first "
+    "while it takes more than half, then rows, five minutes, hours, and the rest of evidence (bytes)");
 }
 
 /// How a server is reached. Passwords stand in files of their own.
@@ -341,14 +343,20 @@ void describe(Visitor&& v, Configuration& c) {
   v("axis", c.axes, "a machine axis");
 }
 
-[[nodiscard]] expected<void, Error> check(const MonitorConfig& config);
-[[nodiscard]] expected<void, Error> check(const RetentionConfig& config);
-[[nodiscard]] expected<void, Error> check(const MqttPublishConfig& config);
-[[nodiscard]] expected<void, Error> check(const NatsPublishConfig& config);
-[[nodiscard]] expected<void, Error> check(const PublishConfig& config);
-[[nodiscard]] expected<void, Error> check(const SourceConfig& config);
+/// What is wrong with one key of a table.
+struct TableFault {
+  Error error;
+  bool depends = false;  ///< Other keys of the table have a say.
+};
+/// One of each key at most.
+[[nodiscard]] std::vector<TableFault> faults(const MonitorConfig& config);
+[[nodiscard]] std::vector<TableFault> faults(const RetentionConfig& config);
+[[nodiscard]] std::vector<TableFault> faults(const MqttPublishConfig& config);
+[[nodiscard]] std::vector<TableFault> faults(const NatsPublishConfig& config);
+[[nodiscard]] std::vector<TableFault> faults(const PublishConfig& config);
+[[nodiscard]] std::vector<TableFault> faults(const SourceConfig& config);
 /// Without its alarms, which have a check of their own.
-[[nodiscard]] expected<void, Error> check(const AxisConfig& config);
+[[nodiscard]] std::vector<TableFault> faults(const AxisConfig& config);
 
 /// What there is to say of a configuration. Fields as "axis.x.delay_s".
 struct Findings {
@@ -357,11 +365,22 @@ struct Findings {
   std::vector<Error> notes;     ///< What was assumed and converted of units.
 };
 
+/// Fields that are told elsewhere than in the file, and how they are called there: "monitor.listen",
+/// "--listen".
+using ToldElsewhere = std::map<std::string, std::string>;
+
+/// Where a configuration comes from.
+struct Origin {
+  /// Keys and tables that could not be read. What depends on them is not known, and nothing is said of it.
+  std::set<std::string> unread;
+  ToldElsewhere elsewhere;
+};
+
 /// Everything that can be known before it runs: ranges of every key, axes without a source, two axes on one
 /// channel, ports and clients' names that are used twice, files that are missing, broken or not readable,
-/// tokens, a certificate and a key that the web server would refuse, a data folder that cannot be written,
-/// and what is open to everybody. Files are read, nothing is written.
-[[nodiscard]] Findings check(const Configuration& configuration);
+/// tokens, certificates and keys that web server and brokers' clients would refuse, a data folder that cannot
+/// be written, and what is open to everybody. Files are read, nothing is written.
+[[nodiscard]] Findings check(const Configuration& configuration, const Origin& origin = {});
 
 struct ConfigurationFile {
   Configuration configuration;
@@ -369,9 +388,11 @@ struct ConfigurationFile {
 
   [[nodiscard]] bool usable() const noexcept { return findings.errors.empty(); }
 };
-/// Sets what is told elsewhere than in the file, before it is checked.
-using Adjust = std::function<void(Configuration&)>;
-/// A configuration and what check() finds. What is no such file is one error.
+/// Sets what is told elsewhere than in the file, before it is checked; findings name it as it is called
+/// there.
+using Adjust = std::function<ToldElsewhere(Configuration&)>;
+/// A configuration, each key of it that cannot be read, and what check() finds. What is no such file is one
+/// error.
 [[nodiscard]] ConfigurationFile read_configuration(const std::filesystem::path& path,
                                                    const Adjust& adjust = {});
 /// As above for a text in memory; `source` stands for the file name in messages.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <openssl/err.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -18,6 +19,7 @@
 #include "io/text.hpp"
 #include "monitor/service/axis_spec_of.hpp"
 #include "monitor/service/configuration.hpp"
+#include "monitor/web/channel.hpp"
 #include "monitor/web/server.hpp"
 
 namespace resonid::monitor {
@@ -56,44 +58,90 @@ class Claims {
   std::map<std::string, std::string> claimed_;
 };
 
+/// One fault of each of its tables.
+struct AlarmFaults {
+  std::vector<TableFault>& all;
+  template <class Field>
+  void operator()(std::string_view name, Field& field, std::string_view) const {
+    if (const auto fine = monitoring::check(field); !fine) {
+      Error fault = fine.error();
+      fault.field = fmt::format("{}.{}", name, fault.field.view());
+      all.push_back({std::move(fault), false});
+    }
+  }
+};
+
+std::vector<TableFault> alarm_faults(monitoring::AxisAlarmSettings alarms) {
+  std::vector<TableFault> all;
+  describe(AlarmFaults{all}, alarms);
+  return all;
+}
+
 class Checker {
  public:
-  explicit Checker(const Configuration& configuration) : c_(configuration) {}
+  Checker(const Configuration& configuration, const Origin& origin) : c_(configuration), origin_(origin) {}
 
   Findings all() {
-    table("monitor", c_.monitor);
-    table("retention", c_.retention);
-    table("publish", c_.publish);
-    table("publish.mqtt", c_.publish.mqtt);
-    table("publish.nats", c_.publish.nats);
-    const bool sound_alarms = table("alarms", c_.alarms);
+    table("monitor", faults(c_.monitor));
+    table("retention", faults(c_.retention));
+    table("publish", faults(c_.publish));
+    table("publish.mqtt", faults(c_.publish.mqtt));
+    table("publish.nats", faults(c_.publish.nats));
+    const bool sound_alarms = table("alarms", alarm_faults(c_.alarms));
     service();
     published();
     for (const auto& [name, source] : c_.sources.tables) one_source(name, source);
-    if (c_.axes.tables.empty()) error("axis", "must have a table for each axis, [axis.NAME]: found none");
+    if (c_.axes.tables.empty() && is_read("axis"))
+      error("axis", "must have a table for each axis, [axis.NAME]: found none");
     for (const auto& [name, axis] : c_.axes.tables) one_axis(name, axis);
-    if (sound_alarms) alarms_of_all();
-    unused_sources();
+    if (sound_alarms && is_read("alarms") && is_read("axis")) alarms_of_all();
+    if (is_read("axis")) unused_sources();
     sizes();
+    for (auto* list : {&findings_.errors, &findings_.warnings, &findings_.notes})
+      std::erase_if(*list, [&](const Error& finding) { return is_unread(finding.field.view()); });
     return std::move(findings_);
   }
 
  private:
+  /// The first of a key: further ones come of it.
   void error(std::string field, std::string requirement) {
-    findings_.errors.push_back({std::move(field), std::move(requirement)});
+    const auto& errors = findings_.errors;
+    if (std::none_of(errors.begin(), errors.end(), [&](const Error& e) { return e.field == field; }))
+      findings_.errors.push_back({std::move(field), std::move(requirement)});
   }
   void warn(std::string field, std::string text) {
     findings_.warnings.push_back({std::move(field), std::move(text)});
   }
 
-  template <class Table>
-  bool table(const std::string& path, const Table& config) {
-    const auto fine = check(config);
-    if (fine) return true;
-    Error fault = fine.error();
-    fault.field = path + "." + fault.field.str();
-    findings_.errors.push_back(std::move(fault));
-    return false;
+  static bool is_within(std::string_view path, std::string_view outer) {
+    return path.starts_with(outer) && (path.size() == outer.size() || path[outer.size()] == '.');
+  }
+  /// It could not be read, or the table that it is in.
+  [[nodiscard]] bool is_unread(std::string_view path) const {
+    return std::any_of(origin_.unread.begin(), origin_.unread.end(),
+                       [&](const std::string& unread) { return is_within(path, unread); });
+  }
+  /// All of it is as the file says.
+  [[nodiscard]] bool is_read(std::string_view path) const {
+    return !is_unread(path) && std::none_of(origin_.unread.begin(), origin_.unread.end(),
+                                            [&](const std::string& u) { return is_within(u, path); });
+  }
+  /// As people have told it.
+  [[nodiscard]] std::string told(const std::string& field) const {
+    const auto elsewhere = origin_.elsewhere.find(field);
+    return elsewhere == origin_.elsewhere.end() ? field : elsewhere->second;
+  }
+
+  /// Whether there is none.
+  bool table(const std::string& path, std::vector<TableFault> all) {
+    const bool sound = all.empty();
+    const bool read = is_read(path);
+    for (auto& fault : all) {
+      if (fault.depends && !read) continue;
+      fault.error.field = path + "." + fault.error.field.str();
+      findings_.errors.push_back(std::move(fault.error));
+    }
+    return sound;
   }
 
   void name(const std::string& path, const std::string& own) {
@@ -133,19 +181,42 @@ class Checker {
   }
 
   /// What the web server would refuse when the former one has ended already.
-  void served(const web::WebOptions& options, const char* suffix) {
-    const auto fine = web::check(options);
+  void served(const web::WebOptions& options) {
+    if (const auto fine = web::check(options); !fine)
+      error(fmt::format("monitor.{}_file", fine.error().field.view()), fine.error().requirement.str());
+  }
+
+  /// What a server that shows it, or a client, would refuse at its start.
+  void certificate(const std::string& path, const std::string& certificate_file,
+                   const std::string& key_file) {
+    const bool has_certificate = readable(path + ".certificate_file", certificate_file);
+    if (!readable(path + ".key_file", key_file) || !has_certificate) return;
+    web::WebOptions tls;
+    tls.listening.certificate_file = c_.file(certificate_file).string();
+    tls.listening.key_file = c_.file(key_file).string();
+    const auto fine = web::check(tls);
     if (fine) return;
     const Error& fault = fine.error();
-    const std::string file = fault.where.empty() ? "" : io::in_quotes(fault.where.str()) + ' ';
-    error(fmt::format("monitor.{}{}", fault.field.view(), suffix), file + fault.requirement.str());
+    error(fmt::format("{}.{}", path, fault.field.view()),
+          fmt::format("{} {}; required {}", io::in_quotes(fault.where.view()), fault.requirement.view(),
+                      fault.field == "key_file" ? "the certificate's key in PEM, without a password"
+                                                : "a certificate in PEM"));
+  }
+
+  /// As the libraries of MQTT and NATS load it.
+  void authorities(const std::string& field, const std::string& file) {
+    if (!readable(field, file)) return;
+    const std::string path = c_.file(file).string();
+    const web::TlsContext context(SSL_CTX_new(TLS_client_method()));
+    if (!context || SSL_CTX_load_verify_locations(context.get(), path.c_str(), nullptr) != 1)
+      error(field, fmt::format("{} cannot be used; required certificates in PEM", io::in_quotes(path)));
+    ERR_clear_error();
   }
 
   void connection(const std::string& path, const Connection& connection) {
     secret(path + ".password_file", connection.password_file, 1);
-    readable(path + ".ca_file", connection.ca_file);
-    readable(path + ".certificate_file", connection.certificate_file);
-    readable(path + ".key_file", connection.key_file);
+    authorities(path + ".ca_file", connection.ca_file);
+    certificate(path, connection.certificate_file, connection.key_file);
     const auto server = endpoint(connection.address);
     if (server && !server->is_loopback() && !connection.tls && !connection.password_file.empty())
       warn(path + ".tls", "is false: the password goes over the network in plain text");
@@ -154,8 +225,8 @@ class Checker {
   /// A port that is listened at; addresses of one machine may stand for one another.
   void port(const std::string& field, const std::string& protocol, const std::string& address) {
     const auto place = address.starts_with(':') ? listening(address, false) : endpoint(address, 0);
-    if (!place || place->port == 0) return;
-    const std::string who = ports_.claim(fmt::format("{} {}", protocol, place->port), field);
+    if (!place || place->port == 0 || is_unread(field)) return;
+    const std::string who = ports_.claim(fmt::format("{} {}", protocol, place->port), told(field));
     if (!who.empty())
       error(field, fmt::format("is {} port {}, which {} has already", protocol, place->port, who));
   }
@@ -165,23 +236,20 @@ class Checker {
     if (!m.data.empty() && !can_be_made_or_written(c_.file(m.data)))
       error("monitor.data", fmt::format("found {}, required a folder that can be written",
                                         io::in_quotes(c_.file(m.data).string())));
-    web::WebOptions tokens, tls;  // one error of each
+    web::WebOptions tokens;
     tokens.write_token = secret("monitor.write_token_file", m.write_token_file, kShortestToken);
     tokens.read_token = secret("monitor.read_token_file", m.read_token_file, kShortestToken);
-    served(tokens, "_file");
-    const bool has_certificate = readable("monitor.certificate_file", m.certificate_file);
-    if (readable("monitor.key_file", m.key_file) && has_certificate) {
-      tls.listening.certificate_file = c_.file(m.certificate_file).string();
-      tls.listening.key_file = c_.file(m.key_file).string();
-      served(tls, "");
-    }
+    served(tokens);
+    certificate("monitor", m.certificate_file, m.key_file);
     port("monitor.listen", "TCP", m.listen);
     const auto place = endpoint(m.listen, 0);
-    if (place && !place->is_loopback()) {
+    const bool others_reach = place && !place->is_loopback() && !is_unread("monitor.listen");
+    if (others_reach && is_read("monitor")) {
       if (m.write_token_file.empty() && !m.insecure)
         error("monitor.listen",
-              fmt::format("is {}, which others reach: required write_token_file, or insecure = true",
-                          m.listen));
+              fmt::format(
+                  "is {}, which others reach: required write_token_file, or insecure = true, in [monitor]",
+                  m.listen));
       if (m.certificate_file.empty() && !(m.write_token_file.empty() && m.read_token_file.empty()))
         warn("monitor.listen", "goes without TLS: tokens go over the network in plain text");
     }
@@ -213,11 +281,12 @@ class Checker {
   void one_source(const std::string& own, const SourceConfig& s) {
     const std::string path = "source." + own;
     name(path, own);
-    if (!table(path, s)) return;
+    table(path, faults(s));
     switch (s.kind) {
       case SourceKind::standard_input:
         return only_one(path, "kind", "stdin");
       case SourceKind::file:  // which may come later
+        if (s.path.empty()) return;
         if (std::error_code code; fs::is_directory(c_.file(s.path), code))
           error(path + ".path", fmt::format("found {}, a folder, required a file", io::in_quotes(s.path)));
         else if (!fs::exists(c_.file(s.path), code))
@@ -266,19 +335,22 @@ class Checker {
     if (!fs::is_regular_file(c_.file(experiment), code)) {
       std::vector<std::string> names;
       for (const auto& s : shipped) names.emplace_back(s.name);
-      return error(field, fmt::format("found {}{}, required a shipped experiment or a file",
-                                      io::in_quotes(experiment), io::suggestion(experiment, names)));
+      findings_.errors.push_back(
+          {field, fmt::format("found {}{}, required a shipped experiment or a file",
+                              io::in_quotes(experiment), io::suggestion(experiment, names))});
+      return;
     }
     if (const auto read = io::read_experiment(c_.file(experiment)); !read)
-      error(field, message_of(read.error()));
+      findings_.errors.push_back({field, message_of(read.error())});
   }
 
   void one_axis(const std::string& own, const AxisConfig& a) {
     const std::string path = "axis." + own;
     name(path, own);
-    const bool sound = table(path, a) && table(path + ".alarms", a.alarms);
+    const bool sound = table(path, faults(a));
+    const bool sound_alarms = alarms_of_one(path + ".alarms", a.alarms);
     if (!a.source.empty()) belongs(path, own, a);
-    if (!sound) return;
+    if (!sound || !sound_alarms || !is_read(path) || !is_read("alarms")) return;
     without_effect(path + ".alarms", a.alarms, c_.alarms, {&a});
     std::vector<std::string> notes;
     auto spec = axis_spec_of(c_, own, a, 1.0, notes);
@@ -287,6 +359,20 @@ class Checker {
     Error fault = spec.error();
     fault.field = path + "." + fault.field.str();
     findings_.errors.push_back(std::move(fault));
+  }
+
+  /// What is wrong with those of all axes is told there.
+  bool alarms_of_one(const std::string& path, const monitoring::AxisAlarmSettings& alarms) {
+    auto own = alarm_faults(alarms);
+    const bool sound = own.empty();
+    const auto of_all = sound ? std::vector<TableFault>{} : alarm_faults(c_.alarms);
+    std::erase_if(own, [&](const TableFault& fault) {
+      return std::any_of(of_all.begin(), of_all.end(), [&](const TableFault& known) {
+        return message_of(known.error) == message_of(fault.error);
+      });
+    });
+    table(path, std::move(own));
+    return sound;
   }
 
   void alarms_of_all() {
@@ -335,6 +421,7 @@ class Checker {
   }
 
   void belongs(const std::string& path, const std::string& own, const AxisConfig& a) {
+    if (!is_read("source." + a.source)) return;
     const auto source = c_.sources.tables.find(a.source);
     if (source == c_.sources.tables.end()) {
       std::vector<std::string> names;
@@ -345,6 +432,7 @@ class Checker {
     }
     used_.insert(a.source);
     const std::string& channel = a.channel.empty() ? own : a.channel;
+    if (is_unread(path + ".channel")) return;
     const std::string who = channels_.claim(a.source + '\n' + channel, path);
     if (!who.empty())
       error(path + ".channel", fmt::format("is {} of source {}, which is {} already", io::in_quotes(channel),
@@ -391,6 +479,7 @@ class Checker {
   }
 
   const Configuration& c_;
+  const Origin& origin_;
   Findings findings_;
   Claims ports_, clients_, channels_;
   std::set<std::string> used_;  ///< Sources.
@@ -429,6 +518,8 @@ std::string axis_name(std::string_view text) {
   return name.empty() ? "axis" : name;
 }
 
-Findings check(const Configuration& configuration) { return Checker(configuration).all(); }
+Findings check(const Configuration& configuration, const Origin& origin) {
+  return Checker(configuration, origin).all();
+}
 
 }  // namespace resonid::monitor

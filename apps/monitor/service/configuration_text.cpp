@@ -87,10 +87,13 @@ std::string file_in(const io::DescribedKey& key) {
 struct MonitorChecks {
   template <class Config>
   expected<void, Error> operator()(const Config& config) const {
-    if constexpr (requires { check(config); })
+    if constexpr (requires { faults(config); }) {
+      if (auto found = faults(config); !found.empty())
+        return unexpected<Error>(std::move(found.front().error));
+    } else if constexpr (requires { check(config); }) {
       return check(config);
-    else
-      return {};
+    }
+    return {};
   }
 };
 
@@ -137,7 +140,8 @@ read. They are not printed, stored, or part of any digest.
 ## Errors
 
 `resonid monitor --check FILE.toml` says all that can be known beforehand, one line for each error, warning or note, with file, line
-and column, what was found and what is required. The service does not start with an error. A `note` says what was assumed and
+and column, what was found and what is required; of `--data` and `--listen` with the option. Of what hangs on a key that cannot
+be read nothing is said until it can be. The service does not start with an error. A `note` says what was assumed and
 converted of an axis' units: read them, no program can check them. Errors are also keys that can have no effect: a
 `torque_constant` without an input in A, a limit of a margin without a `controller` or of the gap without a `baseline`. What
 `[alarms]` says of all axes is one where no axis at all can obey it.

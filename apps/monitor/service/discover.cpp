@@ -109,6 +109,7 @@ class Proposer {
       note(fmt::format("column {}{}{}{}", io::in_quotes(c.name), c.guess.empty() ? "" : ", " + c.guess,
                        c.unit.empty() ? "" : " in " + c.unit,
                        c.least <= c.greatest ? fmt::format(", {:.4g} ... {:.4g}", c.least, c.greatest) : ""));
+    if (facts_.timed) note("samples come with their time, which is followed: it needs no key");
     rate();
     io::ColumnMapping mapping;
     mapping.time = "none";
@@ -130,7 +131,10 @@ class Proposer {
     double measured = facts_.sample_rate_hz;
     if (!(measured > 0.0)) measured = rate_of_times();
     if (!(measured >= kLeastRate_hz && measured <= kMostRate_hz))
-      return note("the sample rate is not known: sample_rate_hz is left to you");
+      return note(
+          "the sample rate is not known: sample_rate_hz is left to you; a 'time' or 'timestamp' tells it as "
+          "UNIX "
+          "time or ISO 8601, and is passed over, no column, where it counts from the start");
     p_.axis.sample_rate_hz = rounded_rate(measured);
     if (p_.axis.sample_rate_hz != measured) note(fmt::format("measured sample rate: {:.6g} Hz", measured));
   }

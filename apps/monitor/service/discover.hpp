@@ -17,6 +17,7 @@ struct StreamFacts {
   std::vector<std::string> columns;          ///< Names.
   double sample_rate_hz = 0.0;               ///< Told or measured; 0: not known.
   std::vector<std::vector<double>> samples;  ///< [column][sample] The first ones; not a number: missing.
+  bool timed = false;                        ///< They come with a time, which is no column.
 };
 
 /// An axis as it may be configured.

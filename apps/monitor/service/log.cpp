@@ -21,14 +21,6 @@ constexpr std::array kPriorities = {3, 4, 6, 7};  // of syslog, by level
 
 std::atomic<LogLevel> current_level{LogLevel::error};
 
-/// Whether standard error is the stream that the journal gave to this process (JOURNAL_STREAM=DEVICE:INODE).
-bool goes_to_journal() {
-  const char* stream = std::getenv("JOURNAL_STREAM");
-  struct ::stat status {};
-  return stream != nullptr && ::fstat(STDERR_FILENO, &status) == 0 &&
-         fmt::format("{}:{}", status.st_dev, status.st_ino) == stream;
-}
-
 }  // namespace
 
 void set_log_level(LogLevel level) noexcept { current_level.store(level, std::memory_order_relaxed); }
@@ -44,9 +36,16 @@ std::string log_line(LogLevel level, std::string_view text, std::int64_t time_ns
                      name_of(level), words);
 }
 
+bool logs_to_journal() {
+  const char* stream = std::getenv("JOURNAL_STREAM");
+  struct ::stat status {};
+  return stream != nullptr && ::fstat(STDERR_FILENO, &status) == 0 &&
+         fmt::format("{}:{}", status.st_dev, status.st_ino) == stream;
+}
+
 void write_log(LogLevel level, std::string_view text) noexcept {
-  static const bool journal = goes_to_journal();
   try {
+    static const bool journal = logs_to_journal();
     const std::string line = log_line(level, text, now_ns(), journal);
     static_cast<void>(!::write(STDERR_FILENO, line.data(), line.size()));
   } catch (...) {  // without memory the line is lost, not the service

@@ -29,6 +29,10 @@ void set_log_level(LogLevel level) noexcept;
 /// has the time itself, `<4>TEXT`. Control characters of foreign bytes are replaced.
 [[nodiscard]] std::string log_line(LogLevel level, std::string_view text, std::int64_t time_ns, bool journal);
 
+/// Whether standard error is the stream that the journal of systemd gave to this process
+/// (JOURNAL_STREAM=DEVICE:INODE).
+[[nodiscard]] bool logs_to_journal();
+
 /// Writes one line, whole, to standard error. For any thread.
 void write_log(LogLevel level, std::string_view text) noexcept;
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "certificate.hpp"
 #include "configurations.hpp"
@@ -58,9 +59,13 @@ TEST(Check, SaysWhatIsWrongWithAnAxis) {
       is_only(errors_of(folder, "method = 'quick'"), "m.toml:10:10: axis.x.method", "required one of auto"));
   EXPECT_TRUE(
       is_only(errors_of(folder, "rate = 500"), "m.toml:10:1: unknown key 'axis.x.rate'", "known here"));
-  EXPECT_TRUE(is_only(
-      errors_of(folder, "", "[monitor]\ndata = 'd'\n[source.in]\nkind='stdin'\n[axis.x]\nsource='in'"),
-      "m.toml:5:1: [axis.x] has no key 'sample_rate_hz'", "must be 0.001 ... 1e+06"));
+  const auto missing =
+      errors_of(folder, "", "[monitor]\ndata = 'd'\n[source.in]\nkind='stdin'\n[axis.x]\nsource='in'");
+  ASSERT_EQ(missing.size(), 3U);
+  EXPECT_TRUE(
+      is_only({missing[0]}, "m.toml:5:1: [axis.x] has no key 'sample_rate_hz'", "must be 0.001 ... 1e+06"));
+  EXPECT_TRUE(is_only({missing[1]}, "m.toml:5:1: [axis.x] has no key 'input'", "must be given"));
+  EXPECT_TRUE(is_only({missing[2]}, "m.toml:5:1: [axis.x] has no key 'output'", "must be given"));
 }
 
 /// A constant was meant for a signal: where none is in its unit, that one is taken for something else.
@@ -241,9 +246,9 @@ TEST(Check, RefusesSourcesThatCannotBe) {
                       "(did you mean 'demo'?)"));
   EXPECT_TRUE(is_only(source("kind = 'demo'\nexperiments = ['demo', 'x/bela.toml']"),
                       "m.toml:12:15: source.s.experiments", "required a shipped experiment or a file"));
-  EXPECT_TRUE(is_only(source("kind = 'stdin'\npath = 'f'"),
+  EXPECT_TRUE(is_only(source("kind = 'demo'\npath = 'f'"),
                       "m.toml:12:1: unknown key 'source.s.path' with kind = "
-                      "'stdin'",
+                      "'demo'",
                       ""));
   EXPECT_TRUE(is_only(source("kind = 'file'\npath = '.'"), "m.toml:12:8: source.s.path", "a folder"));
 }
@@ -359,13 +364,124 @@ TEST(Check, TellsAllAtOnce) {
   EXPECT_EQ(errors.size(), 3U);
 }
 
+/// "10:11" of "m.toml:10:11: ..."
+std::set<std::string> places(const Texts& errors) {
+  std::set<std::string> all;
+  for (const auto& error : errors) {
+    const auto begin = error.find(':') + 1;
+    all.insert(error.substr(begin, error.find(':', error.find(':', begin) + 1) - begin));
+  }
+  return all;
+}
+
+/// Unknown keys, wrong types, what is out of range and what is missing, in one pass.
+TEST(Check, TellsErrorsOfEveryKindAtOnce) {
+  const TemporaryFolder folder;
+  const auto errors =
+      errors_of(folder,
+                "delay_s = 'long'\nspring = 1\nring_s = 5\nlines_hz = [1, 'b']\nbaseline_s = 0\n"
+                "[source.t]\nkind = 'tcp'\naddress = '127.0.0.1:9000'\nconnections = 0\n"
+                "[retention]\nrows_s = 5\nhours_s = 6\nworkers = 2\n"
+                "[alarms]\ngap.deadband = -1\nstale.off_delay_s = -1\n"
+                "[axis.y]\nsource = 'in'\nsample_rate_hz = 1\n");
+  EXPECT_EQ(errors.size(), 13U);
+  EXPECT_EQ(places(errors), (std::set<std::string>{"10:11", "11:1", "12:10", "13:16", "14:14", "18:15",
+                                                   "20:10", "21:11", "22:1", "24:16", "25:21", "26:1"}))
+      << testing::PrintToString(errors) << "; two of axis.y, which is all missing";
+}
+
+TEST(Check, TellsNothingThatComesOfAnotherError) {
+  const TemporaryFolder folder;
+  const std::string rest(kLeast.substr(kLeast.find("[source")));
+  const auto with = [](std::string_view old_text, std::string_view new_text) {
+    std::string text(kLeast);
+    return text.replace(text.find(old_text), old_text.size(), new_text);
+  };
+  const std::string axis_y =
+      "[axis.y]\nsource = 't'\nsample_rate_hz = 1\ninput = 'u'\noutput = 'y'\nchannel = 'a'\n";
+  const std::string all[] = {
+      std::string(kLeast) + "[source.t]\nkind = 'tpc'\naddress = 3\n" + axis_y,
+      std::string(kLeast) + "[source.t]\naddress = 'a:1'\n" + axis_y,
+      std::string(kLeast) + "[source.t]\nkind = 'demo'\nexperiments = 'a'\n" + axis_y,
+      std::string(kLeast) + "[source.t]\nkind = 'mqtt'\naddress = 'b:1'\ntopic = 5\n",
+      std::string(kLeast) + "[publish.mqtt]\ntopic = 't'\naddress = 5\n",
+      with("[source", "listen = 8080\n[source") + "[source.t]\nkind = 'tcp'\naddress = '127.0.0.1:8080'\n",
+      with("[source", "listen = '0.0.0.0:80'\ninsecure = 'yes'\n[source"),
+      with("[source", "listen = '0.0.0.0:80'\nwrite_token_flie = 'none'\n[source"),
+      with("output =", "ouput ="),
+      with("input = \"u\"", "input = 5"),
+      with("rate_hz = 500", "rate_hz = 'fast'") + "chirp = [1, 40, 5]\ndelay_s = 0.1\nlines_hz = [3]\n",
+      with("rate_hz = 500", "rate_hz = -1") + "chirp = [1, 40, 5]\ndelay_s = 0.1\nband_hz = [1, 3]\n",
+      std::string(kLeast) + "controller = 5\nalarms.phase_margin.low = 30\n",
+      std::string(kLeast) + "[alarms]\nstiffness.on_delay_s = -1\n",
+      "[monitor.data.x]\n" + rest,
+      "axis = 3\n" + std::string(kLeast.substr(0, kLeast.find("[axis")))};
+  for (const auto& text : all) {
+    const auto errors = errors_of(folder, "", text);
+    EXPECT_EQ(errors.size(), 1U) << text << testing::PrintToString(errors);
+  }
+}
+
+/// What is told elsewhere than in the file is no fault of the file.
+TEST(Check, NamesTheOptionThatIsWrong) {
+  const TemporaryFolder folder;
+  (void)folder.file("plain", "");
+  const auto errors = [&](const std::string& listen, const std::string& data, std::string_view more) {
+    const auto file = parse_configuration(
+        std::string(kLeast) + std::string(more), "m.toml", folder.path(), [&](Configuration& c) {
+          c.monitor.listen = listen;
+          c.monitor.data = data;
+          return ToldElsewhere{{"monitor.listen", "--listen"}, {"monitor.data", "--data"}};
+        });
+    return messages(file.findings.errors);
+  };
+  EXPECT_EQ(errors("127.0.0.1:0", "data", ""), Texts{});
+  EXPECT_TRUE(is_only(errors("foo", "data", ""), "--listen: found 'foo', required HOST:PORT", ""));
+  EXPECT_EQ(errors("foo", "data", "[monitor.listen]\n").size(), 2U) << "the file's own is wrong, too";
+  EXPECT_TRUE(is_only(errors("0.0.0.0:80", "data", ""), "--listen: is 0.0.0.0:80, which others reach",
+                      "required write_token_file, or insecure = true, in [monitor]"));
+  EXPECT_TRUE(is_only(errors("127.0.0.1:0", "plain/data", ""), "--data: found '", "can be written"));
+  EXPECT_TRUE(
+      is_only(errors("127.0.0.1:9000", "data", "[source.t]\nkind = 'tcp'\naddress = '127.0.0.1:9000'\n"),
+              "m.toml:12:11: source.t.address: is TCP port 9000, which --listen has already", ""));
+}
+
+TEST(Check, LoadsWhatClientsOfBrokersWould) {
+  const TemporaryFolder folder;
+  const web::test::Certificate own, other;
+  (void)folder.file("broken.pem", "no certificate\n");
+  for (const std::string table :
+       {"source.s]\nkind = 'mqtt'\ntopic = 't'", "source.s]\nkind = 'nats'\nsubject = 't'",
+        "publish.mqtt]\ntopic = 't'", "publish.nats]\nsubject = 't'"}) {
+    const std::string path = table.substr(0, table.find(']'));
+    const auto errors = [&](const std::string& ca, const std::string& certificate, const std::string& key) {
+      return errors_of(folder, "[" + table + "\naddress = 'localhost:1'\ntls = true\nca_file = '" + ca +
+                                   "'\ncertificate_file = '" + certificate + "'\nkey_file = '" + key + "'\n");
+    };
+    EXPECT_EQ(errors(other.certificate(), own.certificate(), own.key()), Texts{}) << table;
+    EXPECT_TRUE(is_only(errors("broken.pem", own.certificate(), own.key()), "m.toml:",
+                        path + ".ca_file: '" + (folder / "broken.pem").string() +
+                            "' cannot be used; required certificates in PEM"));
+    EXPECT_TRUE(is_only(errors(own.key(), own.certificate(), own.key()), "m.toml:", path + ".ca_file: "));
+    EXPECT_TRUE(is_only(errors(own.certificate(), "broken.pem", own.key()),
+                        "m.toml:", path + ".certificate_file: '" + (folder / "broken.pem").string()));
+    EXPECT_TRUE(is_only(errors(own.certificate(), own.certificate(), "broken.pem"),
+                        "m.toml:", path + ".key_file: '" + (folder / "broken.pem").string()));
+    const auto mismatch = errors(own.certificate(), own.certificate(), other.key());
+    EXPECT_TRUE(is_only(mismatch, "m.toml:", "mismatch; required the certificate's key in PEM"));
+    EXPECT_TRUE(is_only(mismatch, "m.toml:", path + ".key_file: '" + other.key()));
+  }
+}
+
 TEST(Check, NamesWhatIsNoConfiguration) {
   const TemporaryFolder folder;
   EXPECT_TRUE(is_only(errors_of(folder, "", "[monitor"), "m.toml:1:9:", "is not TOML"));
   EXPECT_TRUE(is_only(messages(read_configuration(folder / "none.toml").findings.errors),
                       (folder / "none.toml").string(), "cannot be opened"));
-  EXPECT_TRUE(is_only(errors_of(folder, "", "[axes.x]"),
-                      "m.toml:1:2: unknown table 'axes' (did you mean 'axis'?)", ""));
+  const auto misspelt = errors_of(folder, "", "[axes.x]");
+  ASSERT_EQ(misspelt.size(), 2U);
+  EXPECT_TRUE(is_only({misspelt[0]}, "m.toml:1:2: unknown table 'axes' (did you mean 'axis'?)", ""));
+  EXPECT_TRUE(is_only({misspelt[1]}, "m.toml:1:1: has no table [monitor]", "must be given"));
 }
 
 /// All keys that are numbers, by where they are.

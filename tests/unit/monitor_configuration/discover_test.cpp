@@ -72,6 +72,19 @@ TEST(Discover, TakesTheRateOfAColumnOfTimes) {
   EXPECT_EQ(proposals.front().axis.sample_rate_hz, 500.0);
 }
 
+/// A time of the samples is no column: what becomes of it stands in the proposal.
+TEST(Discover, SaysWhatATimeOfTheSamplesIs) {
+  auto facts = simulated(1.0);
+  EXPECT_EQ(text_of(propose(std::vector{facts})).find("come with their time"), std::string::npos);
+  facts.timed = true;
+  EXPECT_NE(text_of(propose(std::vector{facts})).find("# samples come with their time, which is followed"),
+            std::string::npos);
+  facts.timed = false;
+  facts.sample_rate_hz = 0.0;
+  EXPECT_NE(text_of(propose(std::vector{facts})).find("'timestamp' tells it as UNIX time or ISO 8601"),
+            std::string::npos);
+}
+
 TEST(Discover, PrintsTheDigitsOfARateThatAreKnown) {
   auto facts = simulated(1.0);
   for (const auto& [measured, printed] :
