@@ -6,8 +6,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <limits>
+#include <string>
 #include <utility>
+
+#include "monitor/samples/crc32c.hpp"
 
 namespace resonid::monitor {
 namespace {
@@ -29,6 +34,7 @@ constexpr std::size_t kMostGaps = 64;
 constexpr double kRepetition_s = 10.0;  // longer ones of a sender without time are a restart
 constexpr double kSuddenGap_s = 10.0;   // longer ones need as much time to have passed, or another message
 constexpr double kGapPerTime = 1.1;     // seconds of samples in one of a clock
+constexpr std::uint32_t kFarFormat = 1;
 
 /// `time_ns` and so much later, not later than kLatestTime.
 std::int64_t later(std::int64_t time_ns, double ns) noexcept {
@@ -68,10 +74,12 @@ std::vector<std::string> ring_channels(const ColumnNames& columns) {
 Intake::Intake(Ring& ring, ColumnNames columns)
     : ring_(ring),
       names_(std::move(columns)),
+      far_file_(ring.path().string() + ".kept"),
       clock_anchor_(newest_anchor(ring)),
       told_rate_(ring.settings().sample_rate_hz),
       arrival_rate_(ring.settings().sample_rate_hz) {
   std::stable_partition(names_.begin(), names_.end(), [](const std::string& name) { return !name.empty(); });
+  read_far();
 }
 
 std::uint64_t Intake::next_for_sender() const {
@@ -163,7 +171,7 @@ Intake::Outcome Intake::take(const Arrival& arrival, const SourcePosition& posit
   if (position.told() && !arrival.ends.empty()) reached.word[3] = arrival.ends.back();
   ring_.commit(reached, place->offset);
   if (far_ && !sure) count(counters_.lost, far_->samples);  // one wrong index
-  far_.reset();
+  if (far_) forget_far();
   return Outcome::taken;
 }
 
@@ -172,7 +180,10 @@ Intake::Outcome Intake::take_far() {
   Far far = *std::exchange(far_, std::nullopt);
   std::vector<std::string_view> columns;
   const Outcome outcome = take(far.message.arrival(columns), far.position, true);
-  if (outcome == Outcome::full) far_ = std::move(far);
+  if (outcome == Outcome::full)
+    far_ = std::move(far);
+  else
+    forget_far();
   return outcome;
 }
 
@@ -183,16 +194,66 @@ bool Intake::goes_on_from_far(std::uint64_t first) const {
              kSuddenGap_s * ring_.settings().sample_rate_hz + static_cast<double>(far_->samples);
 }
 
-/// Refuses a message until another confirms it: its source may not send it again.
+/// Refuses a message until another confirms it. Its source may not send it again, not even after a kill:
+/// brokers are told that it came.
 void Intake::keep_far(const Arrival& arrival, const SourcePosition& position, std::uint64_t before) {
   const std::uint64_t first = arrival.first_sample.value_or(0) + before;
   const std::uint64_t due = ring_.next_sample() - ring_.sender_offset();
   if (far_) count(counters_.lost, far_->samples);  // two wrong ones do not confirm each other
   far_ = Far{ArrivalCopy(arrival), position, first, arrival.samples() - before};
+  write_far();
   faults_.note(Fault::order,
                fmt::format("sample {} comes where {} is due, {:.0f} s of samples before it, in less time; it "
                            "is left out until a next message goes on from it, which is required",
                            first, due, static_cast<double>(first - due) / ring_.settings().sample_rate_hz));
+}
+
+/// Beside the ring, as lasting as its samples; where the disk is full, as lasting as the process.
+void Intake::write_far() const {
+  ByteWriter to;
+  to.put(kFarFormat);
+  to.put(ring_.next_sample());
+  to.put(ring_.sender_offset());
+  to.put(far_->position);
+  to.put(far_->first);
+  to.put(far_->samples);
+  far_->message.write(to);
+  const std::string_view bytes(reinterpret_cast<const char*>(to.bytes().data()), to.bytes().size());
+  ByteWriter sum;
+  sum.put(crc32c(bytes));
+  std::ofstream file(far_file_, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(sum.bytes().data()), std::ssize(sum.bytes()));
+  file.write(bytes.data(), std::ssize(bytes));
+}
+
+/// What a former process refused, unless the ring went on since.
+void Intake::read_far() {
+  std::ifstream file(far_file_, std::ios::binary);
+  if (!file) return;
+  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  ByteReader from(std::as_bytes(std::span(text)));
+  std::uint32_t sum = 0, format = 0;
+  std::uint64_t next_sample = 0, sender_offset = 0, first = 0, samples = 0;
+  SourcePosition position;
+  from.get(sum);
+  from.get(format);
+  from.get(next_sample);
+  from.get(sender_offset);
+  from.get(position);
+  from.get(first);
+  from.get(samples);
+  ArrivalCopy message(from);
+  if (from.ok() && sum == crc32c(std::string_view(text).substr(sizeof sum)) && format == kFarFormat &&
+      next_sample == ring_.next_sample() && sender_offset == ring_.sender_offset())
+    far_ = Far{std::move(message), position, first, samples};
+  else
+    forget_far();
+}
+
+void Intake::forget_far() {
+  far_.reset();
+  std::error_code ignored;
+  std::filesystem::remove(far_file_, ignored);
 }
 
 /// Samples at the beginning of a message that the ring has, by the position of the source.

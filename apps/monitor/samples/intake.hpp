@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <filesystem>
 #include <mutex>
 #include <optional>
 #include <resonid/base/enum_names.hpp>
@@ -52,11 +53,11 @@ struct SampleCounters {
 /// Takes what arrives for one axis into its ring: columns become channels, what comes twice is left out, gaps
 /// of up to a second are filled with missing samples and longer ones skipped. A gap of more than 10 s and 1.1
 /// times what passed meanwhile, by the sender's time or without by the host's clock, counts once a second
-/// message goes on from it; the first one is refused until then, and taken before the second. The sender's
-/// clock is followed as far as it can be believed: a jump beyond some seconds counts once the messages of
-/// three seconds agree with it, or the host's clock does. Time goes back only where the clock was far ahead,
-/// and past a gap. Values stay as they came. What is wrong is counted and named, a rate too that is not the
-/// axis' own by the sender's times or, without, by when its samples come; nothing throws.
+/// message goes on from it; the first one is refused until then, kept in the file RING.kept, and taken before
+/// the second. The sender's clock is followed as far as it can be believed: a jump beyond some seconds counts
+/// once the messages of three seconds agree with it, or the host's clock does. Time goes back only where the
+/// clock was far ahead, and past a gap. Values stay as they came. What is wrong is counted and named, a rate
+/// too that is not the axis' own by the sender's times or, without, by when its samples come; nothing throws.
 ///
 /// A sender that numbers its samples gets every sample exactly once. One that does not is taken to send
 /// consecutive samples, and each message once by the position that its source tells. For any thread.
@@ -94,7 +95,7 @@ class Intake {
   /// When the newest samples came, UNIX time (ns); 0: none came yet.
   [[nodiscard]] std::int64_t arrived_ns() const noexcept { return arrived_ns_; }
   /// The source has come so far, and all of this axis before it was given to add(). Not while a message waits
-  /// for another to confirm its gap: after a kill it is to come again.
+  /// for another to confirm its gap.
   void reached(const SourcePosition& position);
   [[nodiscard]] const SampleCounters& counters() const noexcept { return counters_; }
   /// Why the newest message was refused; empty where it was taken.
@@ -144,6 +145,9 @@ class Intake {
   [[nodiscard]] Outcome take_far();
   [[nodiscard]] bool goes_on_from_far(std::uint64_t first) const;
   void keep_far(const Arrival& arrival, const SourcePosition& position, std::uint64_t before);
+  void write_far() const;
+  void read_far();
+  void forget_far();
   [[nodiscard]] std::uint64_t come_before(const Arrival& arrival, const SourcePosition& position) const;
   [[nodiscard]] bool usable(const Arrival& arrival, std::uint64_t left);
   [[nodiscard]] bool map_columns(const Arrival& arrival);
@@ -168,6 +172,7 @@ class Intake {
       gaps_;  ///< Newest indices that never came: [first, last).
   std::uint64_t again_next_ = 0,
                 again_ = 0;  ///< A run of samples that are there: the next one, their number.
+  std::filesystem::path far_file_;
   std::optional<Far> far_;
   double deviation_ns_ = 0.0;  ///< Told time less that of the ring, of the last message.
   std::optional<std::pair<std::uint64_t, std::int64_t>> told_;  ///< Sample and time of the last message.

@@ -65,6 +65,7 @@ class Ring {
 
   [[nodiscard]] const RingSettings& settings() const noexcept { return settings_; }
   [[nodiscard]] std::size_t channels() const noexcept { return settings_.channels.size(); }
+  [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
   /// What was wrong with the file in whose place open_or_renew() made this one, and where that is now; empty:
   /// there was none.
   [[nodiscard]] const std::string& set_aside() const noexcept { return set_aside_; }

@@ -54,12 +54,33 @@ void tidy_evidence(const fs::path& folder, Reader& reader, Batch& batch) {
   }
 }
 
+bool remove_report(const fs::path& file) { return removed(fs::path(file).replace_extension(".html")); }
+
+void count_reports(const fs::path& folder, ReportSizes& counted, Batch& batch) {
+  ReportSizes found;
+  std::error_code code;
+  for (auto entry = fs::directory_iterator(folder, code); entry != fs::directory_iterator();
+       entry.increment(code)) {
+    const fs::path& report = entry->path();
+    const std::string name = report.filename().string();
+    if (!name.ends_with(".html") || !is_evidence(name)) continue;
+    std::error_code gone;
+    const auto bytes = fs::file_size(report, gone);
+    const auto samples = fs::file_size(fs::path(report).replace_extension(".csv"), gone);
+    if (gone) continue;
+    found.emplace(name, bytes);
+    if (const auto before = counted.find(name); before == counted.end() || before->second != bytes)
+      batch.evidence_sizes.push_back({fs::path(name).replace_extension(".csv").string(), bytes + samples});
+  }
+  if (!code) counted = std::move(found);
+}
+
 void remove_evidence(const fs::path& folder, Reader& reader, Batch& batch) {
   const auto files = reader.evidence_to_remove(kFilesAtOnce);
   if (!files) return;
   for (const auto& name : *files) {
     const fs::path file = folder / fs::path(name).filename();
-    if (!removed(fs::path(file).replace_extension(".html")) || !removed(file)) continue;
+    if (!remove_report(file) || !removed(file)) continue;
     say(LogLevel::info, "evidence '{}' is removed as retention asks for", name);
     batch.evidence_removed.push_back(name);
   }

@@ -14,7 +14,6 @@
 #include <string_view>
 
 #include "monitor/service/baseline_curve.hpp"
-#include "monitor/service/evidence_files.hpp"
 #include "monitor/service/log.hpp"
 #include "monitor/service/raw_csv.hpp"
 
@@ -146,6 +145,7 @@ void Recorder::write(bool last) {
   if (now - evidence_removed_ns_ > kRemoveEvidenceEvery_ns || now < evidence_removed_ns_) {
     evidence_removed_ns_ = now;
     remove_evidence(folder_of_evidence(), reader_, batch);
+    count_reports(folder_of_evidence(), reports_, batch);
   }
   disk_alarm_.look(before.fault.empty() ? before.fault : "Rows and alarms cannot be written: " + before.fault,
                    before.over_limit, now, batch);
@@ -219,7 +219,8 @@ void Recorder::gather(Batch& batch, std::vector<Results>& all) {
       const bool is_new = alarms_.add(spec.name, spec.sample_rate_hz, event, batch);
       if (event.event.transition != monitoring::Transition::raised) continue;
       auto id = std::to_string(alarm_number(spec.name, event.event.alarm, event.event.state.raised_sample));
-      if (is_new || lacks_evidence(id)) schedule_evidence(std::move(id), r.axis, event.event.sample);
+      if (is_new || lacks_evidence(id))
+        evidence_.push_back(evidence_around(std::move(id), r.axis, event.event.sample));
     }
     for (const auto& told : r.actions) {
       const nlohmann::json arguments{{"id", told.action.id},
@@ -289,12 +290,13 @@ void Recorder::set_baseline(std::size_t axis, const Told& told, Batch& batch) {
 
 std::filesystem::path Recorder::folder_of_evidence() const { return installation_.data / "evidence"; }
 
-void Recorder::schedule_evidence(std::string alarm_id, std::size_t axis, std::uint64_t sample) {
+Recorder::Evidence Recorder::evidence_around(std::string alarm_id, std::size_t axis,
+                                             std::uint64_t sample) const {
   const double rate_hz = axes_[axis].installed->spec.sample_rate_hz;
   const auto before = static_cast<std::uint64_t>(kBefore_s * rate_hz);
   const auto after = static_cast<std::uint64_t>(kAfter_s * rate_hz);
-  evidence_.push_back({std::move(alarm_id), axis, sample - std::min(sample, before), sample + after,
-                       now_ns() + static_cast<std::int64_t>(3.0 * kAfter_s) * kSecond_ns});
+  return {std::move(alarm_id), axis, sample - std::min(sample, before), sample + after,
+          now_ns() + static_cast<std::int64_t>(3.0 * kAfter_s) * kSecond_ns};
 }
 
 /// What a former process told is told once, and stays as it was told: without a sender's clock its times
@@ -339,18 +341,21 @@ void Recorder::close_orphans() {
   }
 }
 
-/// Of alarms whose samples a former process had no time to copy, and that the ring still has.
+/// Evidence that a former process had no time to copy, or not all of it, as far as the ring still has it.
 void Recorder::find_evidence() {
   for (const auto& record : std::exchange(known_, {})) {
     const auto axis = std::find_if(axes_.begin(), axes_.end(),
                                    [&](const Axis& one) { return one.installed->spec.name == record.axis; });
     const auto files = reader_.evidence(record.id);
-    if (axis == axes_.end() || !files || !files->empty()) continue;
+    if (axis == axes_.end() || !files) continue;
     const auto events = reader_.events(record.id, 1);
     if (!events || events->empty()) continue;
-    const std::uint64_t raised = events->front().sample;
-    if (oldest_sample(*axis->ring) <= raised)
-      schedule_evidence(record.id, static_cast<std::size_t>(axis - axes_.begin()), raised);
+    const std::uint64_t raised = events->front().sample, oldest = oldest_sample(*axis->ring);
+    auto around = evidence_around(record.id, static_cast<std::size_t>(axis - axes_.begin()), raised);
+    const bool lacks = files->empty()
+                           ? oldest <= raised
+                           : files->front().to_sample < around.to && oldest <= files->front().from_sample;
+    if (lacks) evidence_.push_back(std::move(around));
   }
 }
 
@@ -361,16 +366,19 @@ void Recorder::copy_evidence(Batch& batch, std::int64_t now, bool last) {
     const Axis& axis = axes_[e.axis];
     if (axis.ring->next_sample() < e.to && now < e.due_ns && !last) return false;
     if (!last && now_ns() - begin > kCopyFor_ns) return false;
+    // What is told to be in it is what a next process goes by (find_evidence()).
+    const std::uint64_t from = std::max(e.from, oldest_sample(*axis.ring));
+    const std::uint64_t to = std::min(e.to, axis.ring->next_sample());
     const std::string text = raw_csv(*axis.ring, *axis.installed, e.from, e.to);
     if (text.empty()) return true;  // the machine stood still for longer than the ring is
     const std::string name = e.alarm_id + ".csv";
     const auto written = io::write_file_atomically(folder_of_evidence() / name, text);
-    if (written)
-      batch.evidence.push_back({name, e.alarm_id, axis.installed->spec.name, e.from, e.to, now, text.size()});
-    else if (now < e.due_ns + kEvidencePatience_ns && !last)
-      return false;
-    else
-      say(LogLevel::warning, "{}", message_of(written.error()));
+    if (written) {
+      remove_report(folder_of_evidence() / name);  // of less than there is now
+      batch.evidence.push_back({name, e.alarm_id, axis.installed->spec.name, from, to, now, text.size()});
+    }
+    if (!written && now < e.due_ns + kEvidencePatience_ns && !last) return false;
+    if (!written) say(LogLevel::warning, "{}", message_of(written.error()));
     return true;
   });
 }

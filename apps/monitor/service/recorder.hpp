@@ -19,6 +19,7 @@
 #include "monitor/service/alarm_record.hpp"
 #include "monitor/service/deliveries.hpp"
 #include "monitor/service/disk_alarm.hpp"
+#include "monitor/service/evidence_files.hpp"
 #include "monitor/service/installation.hpp"
 #include "monitor/store/backlog.hpp"
 #include "monitor/store/reader.hpp"
@@ -81,7 +82,7 @@ class Recorder {
   void gather(Batch& batch, std::vector<Results>& all);
   [[nodiscard]] Baselines stored_baselines(const Axis& axis);
   void set_baseline(std::size_t axis, const Told& told, Batch& batch);
-  void schedule_evidence(std::string alarm_id, std::size_t axis, std::uint64_t sample);
+  [[nodiscard]] Evidence evidence_around(std::string alarm_id, std::size_t axis, std::uint64_t sample) const;
   void find_evidence();
   void close_orphans();
   void expect_replays();
@@ -104,6 +105,7 @@ class Recorder {
   std::map<std::size_t, std::uint64_t> snapshots_;  // of the backlog: axis, position
   std::vector<Evidence> evidence_;
   std::int64_t evidence_removed_ns_ = 0;
+  ReportSizes reports_;
   std::chrono::steady_clock::time_point commit_again_{}, upkeep_failed_{};
   std::string upkeep_fault_;  // empty: upkeep goes on
   std::atomic<bool> stopping_{false};

@@ -42,6 +42,7 @@ void Backlog::add(Batch&& batch) {
   append(batch_.actions, std::move(batch.actions));
   append(batch_.baselines, std::move(batch.baselines));
   append(batch_.evidence, std::move(batch.evidence));
+  append(batch_.evidence_sizes, std::move(batch.evidence_sizes));
   append(batch_.evidence_removed, std::move(batch.evidence_removed));
   append(batch_.evidence_lost, std::move(batch.evidence_lost));
   append(batch_.outbox, std::move(batch.outbox));

@@ -342,11 +342,10 @@ expected<std::vector<StoredMessage>, StoreError> Reader::outbox_due(std::int64_t
                                                                     std::string_view target) {
   return impl_->read([&] {
     std::vector<StoredMessage> due;
-    Query query(
-        impl_->connection,
-        "SELECT key, target, payload, created_ns, tries, text FROM outbox "
-        "WHERE done_ns IS NULL AND next_ns <= ?1 AND (?2 = '' OR target = ?2) ORDER BY rowid LIMIT ?3",
-        now_ns, target, sql_limit(limit));
+    Query query(impl_->connection,
+                "SELECT key, target, payload, created_ns, tries, text FROM outbox "
+                "WHERE done_ns IS NULL AND next_ns <= ? AND target = ? ORDER BY rowid LIMIT ?",
+                now_ns, target, sql_limit(limit));
     while (query.next())
       due.push_back({{query.text(0), query.text(1), query.text(2), query.integer(3)},
                      unsigned_of(query.integer(4)),

@@ -156,10 +156,10 @@ class Reader {
   [[nodiscard]] expected<std::vector<std::string>, StoreError> evidence_files();
   /// Files that retention gave up: to be removed, then told in Batch::evidence_removed.
   [[nodiscard]] expected<std::vector<std::string>, StoreError> evidence_to_remove(std::size_t limit);
-  /// Messages whose time has come, in the order in which they came; of one target, or of all without.
+  /// Messages for a target whose time has come, in the order in which they came.
   [[nodiscard]] expected<std::vector<StoredMessage>, StoreError> outbox_due(std::int64_t now_ns,
                                                                             std::size_t limit,
-                                                                            std::string_view target = {});
+                                                                            std::string_view target);
   /// Those for which messages wait.
   [[nodiscard]] expected<std::vector<std::string>, StoreError> outbox_targets();
   /// UNIX time of the last action of this kind (a name of monitoring::ActionKind).

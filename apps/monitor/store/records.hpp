@@ -102,7 +102,12 @@ struct EvidenceRecord {
   std::string alarm_id, axis;
   std::uint64_t from_sample = 0, to_sample = 0;
   std::int64_t time_ns = 0;
-  std::uint64_t bytes = 0;  ///< Size of the file, which counts as the store's.
+  std::uint64_t bytes = 0;  ///< Size of the file and its report, which counts as the store's.
+};
+/// What such a file takes with the report that was made of it.
+struct EvidenceSize {
+  std::string file;
+  std::uint64_t bytes = 0;
 };
 
 /// A message to the outside; sent at least once. One per key, for as long as the key is remembered.
@@ -134,7 +139,8 @@ struct Batch {
   std::vector<EventRecord> events;
   std::vector<ActionRecord> actions;
   std::vector<BaselineRecord> baselines;
-  std::vector<EvidenceRecord> evidence;
+  std::vector<EvidenceRecord> evidence;  ///< One that is there becomes this.
+  std::vector<EvidenceSize> evidence_sizes;
   std::vector<std::string>
       evidence_removed;                    ///< Files that are gone as asked for (Reader::evidence_to_remove).
   std::vector<std::string> evidence_lost;  ///< Files that are gone.

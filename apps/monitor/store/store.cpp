@@ -231,10 +231,14 @@ void Store::Impl::write_alarms(const Batch& batch, Committed& done) {
     }
     run(connection_,
         "INSERT INTO evidence (file, alarm_id, axis, from_sample, to_sample, time_ns, bytes) "
-        "VALUES (?, ?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING",
+        "VALUES (?, ?, ?, ?, ?, ?, ?) ON CONFLICT (file) DO UPDATE SET from_sample = excluded.from_sample, "
+        "to_sample = excluded.to_sample, bytes = excluded.bytes",
         entry.file, entry.alarm_id, axis(entry.axis).id, entry.from_sample, entry.to_sample, entry.time_ns,
         entry.bytes);
   }
+  for (const auto& entry : batch.evidence_sizes)
+    if (storable(entry.bytes))
+      run(connection_, "UPDATE evidence SET bytes = ? WHERE file = ?", entry.bytes, entry.file);
   for (const auto& file : batch.evidence_removed)
     run(connection_, "DELETE FROM evidence WHERE file = ? AND remove", file);
   for (const auto& file : batch.evidence_lost) run(connection_, "DELETE FROM evidence WHERE file = ?", file);

@@ -21,8 +21,8 @@ struct Retention {
   double days_s = 0.0;
   double evidence_s = 365.0 * 86400;  ///< Of closed alarms.
   double delivered_s = 30.0 * 86400;  ///< Keys of delivered messages.
-  /// Database and evidence. Evidence goes first while it takes more than half, then rows, five minutes,
-  /// hours, and the rest of evidence.
+  /// Database, evidence and its reports. Evidence goes first while it takes more than half, then rows, five
+  /// minutes, hours, and the rest of evidence.
   std::uint64_t bytes = 10'000'000'000;
 };
 

@@ -346,6 +346,33 @@ TEST_F(IntakeTest, AMessageThatWaitsForAnotherIsGivenAgainAfterAKill) {
   expect_right();
 }
 
+/// As of a broker, which takes it for taken.
+TEST_F(IntakeTest, AMessageThatWaitsForAnotherIsThereAfterAKillThoughItDoesNotComeAgain) {
+  EXPECT_EQ(add(0, 100), Outcome::taken);
+  EXPECT_EQ(add(7'200'000, 100), Outcome::refused);
+  open();
+  EXPECT_EQ(add(7'200'100, 100), Outcome::taken);
+  EXPECT_EQ(ring_->end(), 300U);
+  open();
+  EXPECT_EQ(add(7'200'200, 100), Outcome::taken);
+  EXPECT_EQ(ring_->end(), 400U);
+  EXPECT_EQ(counters().lost, 0U);
+  expect_right();
+}
+
+TEST_F(IntakeTest, OneWrongIndexBeforeAKillIsLeftOut) {
+  EXPECT_EQ(add(0, 100), Outcome::taken);
+  EXPECT_EQ(add(1'000'000'000, 100), Outcome::refused);
+  open();
+  EXPECT_EQ(add(100, 100), Outcome::taken);
+  EXPECT_EQ(counters().lost, 100U);
+  open();
+  EXPECT_EQ(add(200, 100), Outcome::taken);
+  EXPECT_EQ(counters().lost, 0U);
+  EXPECT_EQ(ring_->end(), 300U);
+  expect_right();
+}
+
 TEST_F(IntakeTest, WhatAClientSendsAgainSinceItWasRefusedIsTakenOnce) {
   add(0, 100);
   EXPECT_EQ(add(7'200'000, 100), Outcome::refused);

@@ -170,7 +170,7 @@ TEST(Disk, AFullDiskIsToldAtOnceAndWrittenLater) {
   const auto stored = reader.alarms(AlarmFilter::all, std::nullopt, 10).value();
   EXPECT_EQ(std::count_if(stored.begin(), stored.end(), [](const auto& a) { return a.alarm == "disk"; }), 1);
   const auto is_raising = [](const std::string& key) { return key.ends_with(":raised"); };
-  const auto waiting = reader.outbox_due(std::numeric_limits<std::int64_t>::max(), 10).value();
+  const auto waiting = reader.outbox_due(std::numeric_limits<std::int64_t>::max(), 10, "webhook").value();
   for (const auto& left : waiting) EXPECT_FALSE(is_raising(left.message.key)) << left.message.key;
   const auto keys = receiver.keys();  // on a slow machine that it was cleared as well
   EXPECT_EQ(std::count_if(keys.begin(), keys.end(), is_raising), 1);

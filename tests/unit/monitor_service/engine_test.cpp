@@ -270,6 +270,22 @@ TEST(Engine, WhatAPersonDoesDoesNotWaitForTheTurnToLearn) {
   EXPECT_EQ(actions_of(engine, last), "gather maintenance ");
 }
 
+TEST(Engine, SilenceDoesNotWaitForTheTurnToLearn) {
+  Many many(40'000);
+  many.put(30.0);
+  EngineOptions options;
+  options.workers = options.learners = 1;
+  options.learning_patience_s = 0.0;
+  options.stale_s = 0.05;
+  Engine engine(std::move(many.axes), options);
+  engine.start();
+  const std::size_t last = engine.axes() - 1;
+  EXPECT_TRUE(comes([&] { return engine.live(last)->alarms[kStaleAlarm.index()].active; }));
+  engine.stop();
+  const std::string actions = actions_of(engine, last);
+  EXPECT_TRUE(actions.starts_with("gather ") && actions.ends_with("stop ")) << actions;
+}
+
 TEST(Engine, WhatAPersonDidCountsThoughTheEngineEndsBeforeTheTurnToLearn) {
   Many many(40'000);
   many.put(30.0);

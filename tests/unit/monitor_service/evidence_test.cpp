@@ -73,6 +73,28 @@ TEST(Evidence, OfClosedAlarmsGoesWithItsReportWhenItIsOldEnough) {
   EXPECT_EQ(data.reader->evidence_files().value(), std::vector<std::string>{"2.csv"});
 }
 
+TEST(Evidence, CountsForRetentionWithItsReport) {
+  Data data;
+  data.put("1.html");
+  ReportSizes counted;
+  const auto bytes = [&](const std::string& alarm) {
+    return data.reader->evidence(alarm).value().front().bytes;
+  };
+  const auto count = [&] {
+    Batch batch;
+    count_reports(data.evidence(), counted, batch);
+    EXPECT_TRUE(data.store->commit(batch));
+    return batch.evidence_sizes.size();
+  };
+  EXPECT_EQ(count(), 1U);
+  EXPECT_EQ(bytes("1"), 6U);
+  EXPECT_EQ(bytes("2"), 3U);
+  EXPECT_EQ(count(), 0U);
+  data.put("2.html");
+  EXPECT_EQ(count(), 1U);
+  EXPECT_EQ(bytes("2"), 6U);
+}
+
 TEST(Evidence, FilesWithoutEntryAndEntriesWithoutFileGoAtTheStart) {
   Data data;
   for (const char* name : {"3.csv", "4.html", "2.html", ".5.csv.123-0.tmp", "notes.txt", "own.csv"})

@@ -62,7 +62,11 @@ class Process {
     must(store_.commit(batch));
   }
   [[nodiscard]] std::size_t waiting_in_store() {
-    return must(reader_.outbox_due(std::numeric_limits<std::int64_t>::max(), 1000)).size();
+    const auto targets = must(reader_.outbox_targets());
+    std::size_t waiting = 0;
+    for (const auto& target : targets)
+      waiting += must(reader_.outbox_due(std::numeric_limits<std::int64_t>::max(), 1000, target)).size();
+    return waiting;
   }
   [[nodiscard]] Deliveries& deliveries() { return *deliveries_; }
   [[nodiscard]] Deliveries::Status status(std::size_t target = 0) const {

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <monitor/service/service.hpp>
 #include <monitor/store/reader.hpp>
 #include <random>
@@ -149,6 +150,41 @@ TEST(Service, GivesRawSamplesWithoutTimesByWhenTheyCame) {
   }
   EXPECT_TRUE(given);
   (*service)->stop();
+}
+
+TEST(Service, CompletesEvidenceThatItsEndCutShort) {
+  const Folder folder;
+  Pulses pulses;
+  std::uint64_t id = 0;
+  const auto evidence = [&](const web::Backend& backend) {
+    const auto text = backend.evidence(id);
+    return text ? text->substr(0, text->find(';')) : text.error().message;
+  };
+  {
+    auto all = pulses.installation(folder.path(), {"x"});
+    all.engine.first_sample_s = 60.0;
+    auto service = Service::start(std::move(all));
+    ASSERT_TRUE(service) << message_of(service.error());
+    const auto& backend = (*service)->backend();
+    pulses.send(1000);
+    const auto alarms = alarms_once(backend, web::AlarmFilter::active,
+                                    [](const std::vector<web::Alarm>& found) { return !found.empty(); });
+    ASSERT_FALSE(alarms.empty());
+    id = alarms.front().id;
+    (*service)->stop();
+    EXPECT_EQ(evidence(backend), "# axis x, samples 0 to 1000");
+  }
+  const fs::path report = folder.path() / "evidence" / (std::to_string(id) + ".html");
+  std::ofstream(report) << "of the first second";
+  auto service = Service::start(pulses.installation(folder.path(), {"x"}));
+  ASSERT_TRUE(service) << message_of(service.error());
+  const auto& backend = (*service)->backend();
+  pulses.send(7000);
+  for (int i = 0; i < 500 && evidence(backend) != "# axis x, samples 0 to 6000"; ++i)
+    std::this_thread::sleep_for(10ms);
+  EXPECT_EQ(evidence(backend), "# axis x, samples 0 to 6000");
+  (*service)->stop();
+  EXPECT_FALSE(fs::exists(report));
 }
 
 TEST(Service, AnswersWhileItRunsAndTakesActions) {

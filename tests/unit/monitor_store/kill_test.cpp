@@ -107,7 +107,7 @@ TEST(StoreKill, WhatWasCommittedIsThereAndIsWrittenOnce) {
   }
   EXPECT_EQ(value(reader.events("id", 1'000'000)).size(), last);
   EXPECT_EQ(value(reader.audit(1'000'000)).size(), last);
-  EXPECT_EQ(value(reader.outbox_due(kStart, 1'000'000)).size(), last);
+  EXPECT_EQ(value(reader.outbox_due(kStart, 1'000'000, "webhook")).size(), last);
   // Every row is in the statistics of its hour once.
   const auto hours = value(
       reader.history({"a", {monitoring::Watched::gap}, kStart, now + kHour, 100'000, Resolution::hour}));

@@ -305,6 +305,27 @@ TEST(Store, BaselinesWithTheirFiguresAndResponse) {
   EXPECT_EQ(baselines[1].bytes, bytes_of("response"));
 }
 
+TEST(Store, EvidenceThatIsCompletedIsOneFile) {
+  const Folder folder;
+  Store store = opened(folder.file());
+  Batch batch;
+  batch.evidence = {{"1.csv", "1", "x", 10, 20, kStart, 300}};
+  value(store.commit(batch));
+  batch.evidence = {{"1.csv", "1", "x", 10, 60, kStart + 1, 1500}};
+  value(store.commit(batch));
+  auto reader = reader_of(folder.file());
+  auto evidence = value(reader.evidence("1"));
+  ASSERT_EQ(evidence.size(), 1U);
+  EXPECT_EQ(evidence[0].to_sample, 60U);
+  EXPECT_EQ(evidence[0].bytes, 1500U);
+  EXPECT_EQ(evidence[0].time_ns, kStart);  // it is as old as before
+  Batch report;
+  report.evidence_sizes = {{"1.csv", 2500}};
+  value(store.commit(report));
+  evidence = value(reader.evidence("1"));
+  EXPECT_EQ(evidence[0].bytes, 2500U);
+}
+
 TEST(Store, OutboxGivesEachMessageUntilItIsDelivered) {
   const Folder folder;
   Store store = opened(folder.file());
@@ -313,9 +334,10 @@ TEST(Store, OutboxGivesEachMessageUntilItIsDelivered) {
   value(store.commit(batch));
   value(store.commit(batch));
   auto reader = reader_of(folder.file());
-  EXPECT_TRUE(value(reader.outbox_due(kStart - 1, 10)).empty());
-  auto due = value(reader.outbox_due(kStart + 5, 10));
-  ASSERT_EQ(due.size(), 2U);
+  EXPECT_TRUE(value(reader.outbox_due(kStart - 1, 10, "webhook")).empty());
+  EXPECT_EQ(value(reader.outbox_due(kStart + 5, 10, "mqtt")).size(), 1U);
+  auto due = value(reader.outbox_due(kStart + 5, 10, "webhook"));
+  ASSERT_EQ(due.size(), 1U);
   EXPECT_EQ(due[0].message.key, "x/10/raise");
   EXPECT_EQ(due[0].message.payload, "{1}");
 
@@ -324,8 +346,9 @@ TEST(Store, OutboxGivesEachMessageUntilItIsDelivered) {
                        {"x/20/clear", kStart + 6, {}, ""}};
   value(store.commit(failed));
   value(store.commit(failed));  // said twice, tried once
-  EXPECT_TRUE(value(reader.outbox_due(kStart + kSecond - 1, 10)).empty());
-  due = value(reader.outbox_due(kStart + kSecond, 10));
+  EXPECT_TRUE(value(reader.outbox_due(kStart + kSecond, 10, "mqtt")).empty());
+  EXPECT_TRUE(value(reader.outbox_due(kStart + kSecond - 1, 10, "webhook")).empty());
+  due = value(reader.outbox_due(kStart + kSecond, 10, "webhook"));
   ASSERT_EQ(due.size(), 1U);
   EXPECT_EQ(due[0].tries, 1U);
   EXPECT_EQ(due[0].text, "refused");
@@ -334,7 +357,7 @@ TEST(Store, OutboxGivesEachMessageUntilItIsDelivered) {
   delivered.deliveries = {{"x/10/raise", kStart + 2 * kSecond, {}, ""}};
   value(store.commit(delivered));
   value(store.commit(batch));  // the replay raises the same alarm: not sent again
-  EXPECT_TRUE(value(reader.outbox_due(kStart + kHour, 10)).empty());
+  EXPECT_TRUE(value(reader.outbox_due(kStart + kHour, 10, "webhook")).empty());
 }
 
 TEST(Store, TheOutboxGivesUpAllThatWaitsForATarget) {
@@ -355,7 +378,8 @@ TEST(Store, TheOutboxGivesUpAllThatWaitsForATarget) {
   given_up.deliveries = {{"mqtt", kStart + 1, {}, "given up", true}};
   value(store.commit(given_up));
   EXPECT_TRUE(value(reader.outbox_due(kStart, 10, "mqtt")).empty());
-  EXPECT_EQ(value(reader.outbox_due(kStart, 10)).size(), 2U);
+  EXPECT_EQ(value(reader.outbox_due(kStart, 10, "nats")).size(), 1U);
+  EXPECT_EQ(value(reader.outbox_due(kStart, 10, "webhook")).size(), 1U);
   EXPECT_EQ(value(reader.outbox_targets()).size(), 2U);
 }
 

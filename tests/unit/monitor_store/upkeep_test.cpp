@@ -333,7 +333,7 @@ TEST(Upkeep, KeysOfDeliveredMessagesAreForgottenInTheEnd) {
   value(store.commit(batch));
   keep_up(store, kStart + 2 * kDay);
   EXPECT_EQ(count_in(folder.file(), "SELECT count(*) FROM outbox"), 1);
-  EXPECT_EQ(value(reader_of(folder.file()).outbox_due(kStart + 2 * kDay, 9)).size(), 1U);
+  EXPECT_EQ(value(reader_of(folder.file()).outbox_due(kStart + 2 * kDay, 9, "t")).size(), 1U);
 }
 
 }  // namespace
