@@ -128,6 +128,26 @@ TEST(Feed, BadMessagesOfOneAxisAreNamedAndLeaveTheOthersAlone) {
   EXPECT_EQ(rings.ring("bad").end(), 6 * kFrame);
 }
 
+/// A broker is told that it came, and does not send it again.
+TEST(Feed, AMessageThatWaitsForAnotherOutlivesAKill) {
+  const TemporaryFolder folder;
+  const auto frame = [](std::uint64_t first) {
+    static constexpr std::string_view kNames[] = {"ru", "u", "y"};
+    const std::vector<double> values(3 * kFrame, 1.0);
+    return encoded(Arrival{"", first, {}, kRate_hz, kNames, values, {}}, ValueType::float64).value();
+  };
+  constexpr std::uint64_t kFar = 1'000'000;
+  const std::vector<std::vector<std::uint64_t>> processes{{0, kFar}, {kFar + kFrame}};
+  for (const auto& messages : processes) {
+    Rings rings(folder.path(), {"x"});
+    Delivery delivery(rings);
+    Feed feed(delivery, {{"s", {SampleFormat::frame}}}, kMqttTopics);
+    for (const std::uint64_t first : messages) EXPECT_TRUE(feed.take(0, "s", frame(first)));
+  }
+  Rings rings(folder.path(), {"x"});
+  EXPECT_EQ(rings.ring("x").end(), 3 * kFrame);
+}
+
 /// Whoever may publish makes as many topics as he likes.
 TEST(Feed, ForgetsTopicsRatherThanGrow) {
   const TemporaryFolder folder;
