@@ -117,6 +117,7 @@ export class Simulation {
     this.pause = 0;
     this.keepsFigures = false; // of before, while an axis learns
     this.tellsFigures = true; // while an axis learns
+    this.silent = null; // axis, why, and age where it is known: no samples came since a restart
     this.addAlarms();
   }
 
@@ -143,6 +144,7 @@ export class Simulation {
   }
 
   stateOf(name) {
+    if (name === this.silent?.axis) return { state: "stale", trusted: false, verdict: "trusted", why: this.silent.why };
     if (name === "press-2") return { state: "stale", trusted: false, verdict: "samples-missing", why: "no samples arrive" };
     if (name === "conveyor-7") return { state: "following", trusted: false, verdict: "not-excited", why: "the drive stands still: nothing moves it enough to be identified" };
     if (name === "palletizer-9") return { state: "learning", trusted: false, verdict: "not-converged", why: "learning for 14 s of 60 s" };
@@ -179,11 +181,12 @@ export class Simulation {
     const told = mine.filter((a) => a.active || !a.acknowledged || a.latched);
     const worst = [...open, ...active, ...told][0];
     const n = Math.round((now - this.start + 3600) * 1000);
+    const silent = name === this.silent?.axis ? { time_s: undefined, latency_s: undefined, age_s: this.silent.age_s, samples: { received: 0, missing: 0, late: 0, duplicate: 0, lost: 0 } } : {};
     return {
       name, ...state, time_s: this.timeOf(name, now), motion: name === "gantry-y" ? "linear" : "rotary", age_s: this.ageOf(name, now), latency_s: 0.04 + 0.03 * uniform(name + "l"), rate_hz: 1000, sample: n, maintenance_until_time_s: this.maintained.get(name), ...(worst ? { worst_alarm: { severity: worst.severity, text: worst.text } } : {}),
       alarms: told.length, unacknowledged: open.length, figures,
       samples: { received: n, missing: name === "feeder-b" ? 120 : 0, late: name === "feeder-b" ? 7 : 0, duplicate: 0, lost: 0 },
-      faults: name === "feeder-b" ? [{ kind: "format", count: 3, text: "line 17: <script>alert('no')</script> is no number" }] : [], source: name === "press-2" ? "plc" : "broker",
+      faults: name === "feeder-b" ? [{ kind: "format", count: 3, text: "line 17: <script>alert('no')</script> is no number" }] : [], ...silent, source: name === "press-2" ? "plc" : "broker",
       ...(full ? {
         estimator: {
           method: "physical", memory_s: 20, learned_s: state.state === "learning" ? 14 : 60, start: "plan",

@@ -166,6 +166,37 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
     noTrouble();
   });
 
+  test("what is active now and what is over but not acknowledged differ at once, in words and in shape", async () => {
+    await visit("#/axis/belt-1");
+    await says(".verdict b", /^Alarm$/);
+    const cleared = Date.now() / 1000 - 60;
+    const over = { id: 21, axis: "belt-1", alarm: "gap", severity: "high", active: false, acknowledged: false, text: "Gap rose", raised_time_s: cleared - 60, cleared_time_s: cleared };
+    server.raise(over);
+    await says(".open-alarms h2", /^Alarms: 1 active now, 1 over but not acknowledged$/);
+    const shape = (id) => page.$eval(`[data-alarm="${id}"]`, (e) => [e.querySelector(".sign .line").getAttribute("d"), getComputedStyle(e).borderLeftStyle, getComputedStyle(e.querySelector(".presence")).backgroundColor]);
+    assert.deepEqual(await page.$$eval("[data-alarm]", (all) => all.map((e) => e.dataset.alarm)), ["1", "21"], "what is active stands first");
+    await says('[data-alarm="1"] .what', /^Active now belt-1: Stiffness fell/);
+    await says('[data-alarm="21"] .what', /^Over since \d\d:\d\d:\d\d belt-1: Gap rose$|^Over since [\d :-]+ belt-1: Gap rose$/);
+    const [now, then] = [await shape(1), await shape(21)];
+    for (const i of now.keys()) assert.notEqual(now[i], then[i]);
+    await picture(page, "alarms-active-and-over");
+    await fits(page, axe, "axis with alarms that are active and over");
+    // Where all is over, neither the axis nor the fleet tells of an alarm as of now.
+    server.raise({ ...server.simulation.alarms.get(1), active: false, cleared_time_s: cleared });
+    await says(".verdict", /^Alarm over, not acknowledged /);
+    assert.equal(await page.$(".verdict .sign.bad"), null);
+    await page.evaluate(() => { location.hash = "#/"; });
+    await says(`${row("belt-1")} .why`, /^Alarm over, not acknowledged: .*\(and 1 more\)$/);
+    await says(`${row("winder-5")} .why`, /^Alarm, acknowledged: Load inertia rose/);
+    assert.ok(await page.$(`${row("belt-1")}.over .sign.over`));
+    await page.evaluate(() => { location.hash = "#/alarms"; });
+    await says('[data-alarm="21"] .what', /^Over since/);
+    await page.evaluate(() => { location.hash = "#/alarm/21"; });
+    await says(".verdict", /^Cleared not acknowledged$/);
+    await page.waitForSelector(".verdict .sign.over");
+    noTrouble();
+  });
+
   test("an alarm is shelved for a time, and unshelved", async () => {
     await visit("#/alarm/1");
     await page.emulateTimezone("Asia/Kolkata");
@@ -489,9 +520,29 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
     await visit("#/axis/press-2");
     await says(".verdict", /^No data for \d+ min/);
     await says("#strip .age", /^No data for \d+ min$/);
-    await says(".stale-text", /not those of now/);
+    await says(".stale-text", /^No samples arrive from this axis since [\d :-]+: figures .* not those of now/);
+    await says(".figures-table thead", /^Figure Last known, not trusted, as of [\d :-]+ Baseline/);
     await page.waitForSelector(".live.stale canvas");
     await says(".gates", /Complete: no samples are missing/);
+    noTrouble();
+  });
+
+  test("an axis without samples since a restart tells since when, and that its figures are from before", async () => {
+    const why = "no samples have come since the service started at 2026-11-29 10:15:04 +0000; what is known is from before";
+    await visit("#/axis/rotary-4");
+    await page.waitForSelector(".live canvas");
+    server.simulation.silent = { axis: "rotary-4", why, age_s: 7200 };
+    await says(".stale-text", /^No samples have come since the service started at 2026-11-29 10:15:04 \+0000; what is known is from before, the newest sample of [\d :-]+: figures and curves below are the last known ones, not those of now\.$/);
+    await says(".verdict", /^No data for 2 h$/);
+    // How old they are is not known where their sender tells no time.
+    server.simulation.silent = { axis: "rotary-4", why };
+    await says(".verdict", /^No data no samples have come since the service started at /);
+    await says(".meta", /^No data; no samples since the service started$/);
+    await says(".stale-text", /^No samples have come since .* is from before: figures/);
+    await says(".figures-table thead", /^Figure Last known, not trusted Baseline/);
+    await fits(page, axe, "axis without samples since a restart");
+    await page.evaluate(() => { location.hash = "#/"; });
+    await says(`${row("rotary-4")} .why`, /^no samples have come since the service started at 2026-/);
     noTrouble();
   });
 
@@ -649,7 +700,7 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
       await says("#strip .alarms", /^3 alarms open, 1 not acknowledged$/);
     }
     await page.goto(server.url + "#/alarms");
-    await says('[data-alarm="14"]', /^Installation: database or disk is full High; active, acknowledged; raised [\d :-]+ [+-]\d\d:\d\d$/);
+    await says('[data-alarm="14"]', /^Active now Installation: database or disk is full High; active, acknowledged; raised [\d :-]+ [+-]\d\d:\d\d$/);
     await picture(page, "disk-full", false);
     await page.setViewport({ width: 360, height: 780 });
     await picture(page, "disk-full-phone", false);

@@ -178,6 +178,8 @@ describe("page of the real service", { skip: SKIP }, () => {
     await page.click(".links a[href$='report.html']");
     await page.waitForSelector("canvas");
     await says("body", /two-inertia \(two-mass\) drive/);
+    await says(".provenance", new RegExp(`Program resonid ${(await told("status")).version} .*Command resonid identify ${id}\\.csv --time t_s .*--controller pi:1\\.036,0\\.147 .*--report ${id}\\.html ${id}\\.csv SHA-256`));
+    assert.ok(!(await page.content()).includes(folder), "where it lies on the server is not told");
     await picture(page, "service-report", false);
     await page.goBack();
     await says("h1", /^Stiffness fell/);

@@ -21,11 +21,15 @@ struct AxisView {
   double stale_s = 0.0;                     ///< Without samples for so long it is stale.
   /// So much of its ring is still to be taken in that there may be no room for what its source sends.
   bool ring_fills = false;
+  struct Due {
+    std::uint64_t sample = 0;
+    std::int64_t time_ns = 0;  ///< UNIX; 0: not known.
+  } due = {};                  ///< What its ring had next at the start.
 };
 [[nodiscard]] web::AxisStatus status_of(const AxisView& view);
 
 /// Why an axis' newest row is not trusted, or is none, in words; empty: it is.
-[[nodiscard]] std::string why_not_trusted(const LiveAxis& live, const Intake& intake);
+[[nodiscard]] std::string why_not_trusted(const AxisView& view);
 
 /// Detectors of an axis' changes with the thresholds that they have now; none while nothing is watched.
 [[nodiscard]] monitoring::Detectors detectors_of(const monitoring::AxisSpec& spec, const LiveAxis& live);

@@ -1,12 +1,46 @@
 // SPDX-License-Identifier: MIT
 #include "monitor/service/evidence_report.hpp"
 
-#include <fstream>
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <ctime>
+#include <nlohmann/json.hpp>
 #include <resonid/base/error_text.hpp>
+#include <resonid/io/detail/atomic_file.hpp>
+#include <resonid/io/detail/sha256.hpp>
+#include <resonid/report/detail/page.hpp>
+#include <resonid/report/detail/provenance.hpp>
+#include <resonid/report/json.hpp>
 #include <resonid/resonid.hpp>
-#include <sstream>
+
+#include "monitor/service/raw_csv.hpp"
 
 namespace resonid::monitor {
+namespace {
+
+/// Where the file lies on this machine is no reader's business.
+std::string without_folder(std::string text, const std::filesystem::path& file) {
+  const std::string folder = (file.parent_path() / "").string();
+  for (auto at = text.find(folder); !folder.empty() && at != std::string::npos; at = text.find(folder, at))
+    text.erase(at, folder.size());
+  return text;
+}
+
+/// With the command that makes the report of the file as a person downloads it.
+report::Provenance provenance_of_evidence(const InstalledAxis& axis, const std::filesystem::path& file,
+                                          const std::string& version) {
+  const std::string name = file.filename().string();
+  report::Provenance p;
+  p.version = version;
+  p.command = fmt::format("resonid identify {} --time t_s {} --report {}", name, identify_options(axis),
+                          std::filesystem::path(name).replace_extension(".html").string());
+  p.date = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
+  p.files.push_back({name, io::sha256_of_file(file.string()).value_or("")});
+  return p;
+}
+
+}  // namespace
 
 io::ColumnMapping evidence_columns(const InstalledAxis& axis) {
   const auto& spec = axis.spec;
@@ -21,19 +55,24 @@ io::ColumnMapping evidence_columns(const InstalledAxis& axis) {
 }
 
 expected<std::string, std::string> evidence_report(const InstalledAxis& axis,
-                                                   const std::filesystem::path& file) {
-  const auto record = io::read_record(file, evidence_columns(axis));
-  if (!record) return tl::unexpected(message_of(record.error()));
+                                                   const std::filesystem::path& file,
+                                                   const std::string& version) {
+  const auto why_not = [&file](const Error& error) {
+    return tl::unexpected(without_folder(message_of(error), file));
+  };
+  auto record = io::read_record(file, evidence_columns(axis));
+  if (!record) return why_not(record.error());
+  record->source = file.filename().string();
   const auto result = identify(*record, axis.spec.track.common);
-  if (!result) return tl::unexpected(message_of(result.error()));
-  auto page = file;
-  page.replace_extension(".html");
-  if (const auto written = write_report(page, *result, *record); !written)
-    return tl::unexpected(message_of(written.error()));
-  std::ifstream html(page, std::ios::binary);
-  std::ostringstream text;
-  text << html.rdbuf();
-  return text.str();
+  if (!result) return why_not(result.error());
+  auto data = report::page_json(*result, *record);
+  report::put_provenance(data, provenance_of_evidence(axis, file, version));
+  std::string page = report::page(data);
+  if (const auto written =
+          io::write_file_atomically(std::filesystem::path(file).replace_extension(".html"), page);
+      !written)
+    return why_not(written.error());
+  return page;
 }
 
 }  // namespace resonid::monitor

@@ -114,10 +114,12 @@ LiveBackend::LiveBackend(const Installation& installation, Engine& engine, const
       coherence_(axes_.size()),
       sources_(std::move(sources)),
       started_ns_(now_ns()) {
-  for (const auto& axis : axes_)
+  for (const auto& axis : axes_) {
+    due_.push_back({axis.ring->next_sample(), axis.ring->next_time_ns().value_or(0)});
     rules_.push_back(monitoring::AxisAlarmRules::create(axis.installed->spec.alarms,
                                                         axis.installed->spec.sample_rate_hz)
                          .value());  // the engine's axis was made with them
+  }
 }
 
 Answer<std::size_t> LiveBackend::index_of(const std::string& axis) const {
@@ -135,12 +137,23 @@ double LiveBackend::longest_shelving_s(std::size_t index) const {
   return least;
 }
 
-web::AxisStatus LiveBackend::status_of(std::size_t index, const LiveAxis& live) const {
+AxisView LiveBackend::view_of(std::size_t index, const LiveAxis& live) const {
   const Axis& axis = axes_[index];
-  const bool fills = axis.ring->end() - axis.ring->read() > axis.ring->settings().capacity / 2;
-  return monitor::status_of({*axis.installed, rules_[index], live, *axis.intake, now_ns(), started_ns_,
-                             stale_after_s(installation_.engine, axis.installed->spec.sample_rate_hz),
-                             fills});
+  const Ring& ring = *axis.ring;
+  const bool fills = ring.end() - ring.read() > ring.settings().capacity / 2;
+  return {*axis.installed,
+          rules_[index],
+          live,
+          *axis.intake,
+          now_ns(),
+          started_ns_,
+          stale_after_s(installation_.engine, axis.installed->spec.sample_rate_hz),
+          fills,
+          due_[index]};
+}
+
+web::AxisStatus LiveBackend::status_of(std::size_t index, const LiveAxis& live) const {
+  return monitor::status_of(view_of(index, live));
 }
 
 web::AxisNews LiveBackend::axes(std::uint64_t after) const {
@@ -192,7 +205,7 @@ Answer<web::AxisResponse> LiveBackend::response(const std::string& axis) const {
   const auto live = engine_.live(*index);
   if (!live->curve || live->curve->frequency_hz.empty())
     return no(Problem::Kind::unavailable, "axis",
-              "nothing is known of its response yet: " + why_not_trusted(*live, *axes_[*index].intake));
+              "nothing is known of its response yet: " + why_not_trusted(view_of(*index, *live)));
   const auto& c = *live->curve;
   const auto curve = [](const std::vector<double>& frequency_hz,
                         const std::vector<std::complex<double>>& values, const std::vector<double>& std) {
@@ -206,7 +219,8 @@ Answer<web::AxisResponse> LiveBackend::response(const std::string& axis) const {
     return to;
   };
   web::AxisResponse r;
-  r.time_s = seconds(live->curve_ns);
+  // That of a former process is as old as its row.
+  r.time_s = live->curve_ns != 0 ? seconds(live->curve_ns) : status_of(*index, *live).time_s;
   r.plant = curve(c.frequency_hz, c.plant, c.std);
   const auto& a = axes_[*index];
   auto coherence = coherence_[*index].at(*a.ring, a.installed->spec, c.frequency_hz);
@@ -382,7 +396,7 @@ Answer<std::string> LiveBackend::report(std::uint64_t alarm) const {
   const std::unique_lock one(report_mutex_, std::try_to_lock);
   if (!one.owns_lock())
     return no(Problem::Kind::unavailable, "id", "another report is being made; try again in half a minute");
-  auto page = evidence_report(*axes_[*index].installed, csv);
+  auto page = evidence_report(*axes_[*index].installed, csv, installation_.version);
   if (!page) return no(Problem::Kind::unavailable, "id", "its raw samples show no result: " + page.error());
   return std::move(*page);
 }

@@ -64,6 +64,7 @@ class LiveBackend : public web::Backend {
  private:
   [[nodiscard]] web::Answer<std::size_t> index_of(const std::string& axis) const;
   [[nodiscard]] double longest_shelving_s(std::size_t index) const;
+  [[nodiscard]] AxisView view_of(std::size_t index, const LiveAxis& live) const;
   [[nodiscard]] web::AxisStatus status_of(std::size_t index, const LiveAxis& live) const;
   [[nodiscard]] web::Alarm told(const AlarmRecord& record) const;
   [[nodiscard]] web::Answer<AlarmRecord> record_of(std::uint64_t alarm) const;
@@ -77,6 +78,7 @@ class LiveBackend : public web::Backend {
   mutable std::vector<MeasuredCoherence> coherence_;  // [axis]
   std::vector<RunningSource> sources_;
   std::vector<monitoring::AxisAlarmRules> rules_;
+  std::vector<AxisView::Due> due_;  // [axis] before its source began to write
   std::int64_t started_ns_;
 };
 

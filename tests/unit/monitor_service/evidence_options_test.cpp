@@ -2,10 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <CLI/App.hpp>
+#include <fstream>
 #include <monitor/service/evidence_report.hpp>
 #include <monitor/service/raw_csv.hpp>
 
 #include "cli/record_options.hpp"
+#include "drive.hpp"
+#include "folder.hpp"
 
 namespace resonid::monitor {
 namespace {
@@ -74,6 +77,33 @@ TEST(EvidenceOptions, AreWhatTheReportIsMadeWith) {
   common.friction = identification::Friction::dry;
   common.delay_s = 1e-4 / 3.0;
   expect_same(axis);
+}
+
+TEST(EvidenceReport, TellsWhatMakesItAgainAndNoFolderOfTheServer) {
+  const Folder folder;
+  const auto file = folder.path() / "17.csv";
+  const auto values = drive_samples(20.0, 1000.0, 1);
+  {
+    std::ofstream csv(file);
+    csv << "t_s,ru,u,y\n";
+    for (std::size_t k = 0; k < values.size() / 3; ++k)
+      csv << static_cast<double>(k) / kRate << ',' << values[3 * k] << ',' << values[3 * k + 1] << ','
+          << values[3 * k + 2] << '\n';
+  }
+  InstalledAxis axis;
+  axis.spec.sample_rate_hz = kRate;
+  axis.controller = "pi:0.5,0.2";
+  const auto page = evidence_report(axis, file, "1.2.3");
+  ASSERT_TRUE(page) << page.error();
+  EXPECT_NE(page->find("resonid identify 17.csv --time t_s " + identify_options(axis) + " --report 17.html"),
+            std::string::npos);
+  EXPECT_NE(page->find("1.2.3"), std::string::npos);
+  EXPECT_EQ(page->find(folder.path().string()), std::string::npos);
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "17.html"));
+  std::ofstream(file) << "t_s,u,y\n";
+  const auto none = evidence_report(axis, file, "1.2.3");
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.error().find(folder.path().string()), std::string::npos) << none.error();
 }
 
 }  // namespace

@@ -59,13 +59,14 @@ class LiveStatus : public ::testing::Test {
     const auto rules = monitoring::AxisAlarmRules::create(axis.spec.alarms, 100.0).value();
     const auto base = intake->arrived_ns() != 0 ? intake->arrived_ns() : started_ns;
     return status_of({axis, rules, live, *intake, base + static_cast<std::int64_t>(after_s * 1e9), started_ns,
-                      3.0, ring_fills});
+                      3.0, ring_fills, due});
   }
 
   InstalledAxis axis;
   LiveAxis live;
   std::unique_ptr<Intake> intake;
   bool ring_fills = false;
+  AxisView::Due due;
   const std::int64_t started_ns = now_ns();
 
  private:
@@ -131,6 +132,38 @@ TEST_F(LiveStatus, WaitsForSamplesOnlyWhereNoneCame) {
   EXPECT_EQ(status(1.0).why, "learns what the machine is");
   live.waits_to_learn = true;
   EXPECT_NE(status(1.0).why.find("waits for its turn to learn"), std::string::npos);
+}
+
+TEST_F(LiveStatus, WhatIsFromBeforeARestartIsToldSo) {
+  live.stale = true;
+  live.row.sample = 900;
+  live.newest_ns = live.processed_ns = live.row_ns = started_ns;  // taken in anew, as if they came now
+  const auto unknown = status(4.0);
+  EXPECT_EQ(unknown.why.find("no samples have come since the service started at 20"), 0U);
+  EXPECT_NE(unknown.why.find("; what is known is from before"), std::string::npos);
+  EXPECT_TRUE(std::isnan(unknown.age_s) && std::isnan(unknown.time_s));
+  due = {1000, started_ns - 7200 * kSecond_ns};
+  EXPECT_NEAR(status(4.0).age_s, 7204.0, 1e-3);
+  EXPECT_NEAR(status(4.0).time_s, static_cast<double>(started_ns) * 1e-9 - 7201.0, 1e-3);
+  live.row_ns = 0;  // nothing was left to be taken in
+  EXPECT_NEAR(status(4.0).time_s, static_cast<double>(started_ns) * 1e-9 - 7201.0, 1e-3);
+  live.stale = false;  // not yet
+  EXPECT_TRUE(std::isnan(status(1.0).latency_s));
+  live.phase = Phase::learning;
+  EXPECT_EQ(status(4.0).why, unknown.why);
+}
+
+TEST_F(LiveStatus, SamplesThatComeAgainEndTheSilenceBeforeTheEngineHasItsTurn) {
+  live.stale = true;
+  EXPECT_EQ(status(1.0).state, AxisState::stale);
+  add();
+  const auto s = status(0.5);
+  EXPECT_EQ(s.state, AxisState::following);
+  EXPECT_FALSE(s.trusted);
+  EXPECT_NE(s.why.find("samples come again"), std::string::npos);
+  EXPECT_NEAR(s.age_s, 0.5, 1e-6);
+  EXPECT_EQ(status(4.0).state, AxisState::stale);
+  EXPECT_EQ(status(4.0).why, "no samples come");
 }
 
 TEST_F(LiveStatus, ASourceThatWaitsForRoomIsNotSilent) {

@@ -5,7 +5,7 @@ import { alarmButtons } from "./actions.js";
 import { fileLink, get, part } from "./api.js";
 import { grid, h, renew, say, sign } from "./dom.js";
 import { go, link } from "./route.js";
-import { alarmChange, alarmStates, bare, brief, conditionOf, figureOf, isOpen, plural, sentence, severityOf, severityText, stamp } from "./words.js";
+import { alarmChange, alarmStates, bare, brief, conditionOf, figureOf, isOpen, plural, presence, sentence, severityOf, severityText, stamp } from "./words.js";
 
 const STATES = {
   open: ["Open", isOpen], unacknowledged: ["Not acknowledged", (a) => !a.acknowledged && !a.shelved && !a.suppressed], shelved: ["Shelved", (a) => Boolean(a.shelved)],
@@ -15,10 +15,10 @@ const MOST = 500;
 /** After an answer that failed. */
 const AGAIN_MS = 5000;
 
-const signOf = (a) => (a.shelved || a.suppressed ? "off" : a.active ? (a.acknowledged ? "warning" : "bad") : a.acknowledged && !a.latched ? "good" : "warning");
+const signOf = (a) => (a.shelved || a.suppressed ? "off" : a.active ? (a.acknowledged ? "warning" : "bad") : a.acknowledged && !a.latched ? "good" : "over");
 
-/** Open first, then by severity, then the newest. */
-const worstAlarms = (alarms) => [...alarms].sort((a, b) => isOpen(b) - isOpen(a) || a.acknowledged - b.acknowledged ||
+/** Open first, then those not acknowledged, those active, by severity, the newest. */
+export const worstAlarms = (alarms) => [...alarms].sort((a, b) => isOpen(b) - isOpen(a) || a.acknowledged - b.acknowledged || b.active - a.active ||
   severityOf(b.severity) - severityOf(a.severity) || (b.raised_time_s ?? 0) - (a.raised_time_s ?? 0));
 
 /** An alarm of the installation belongs to no axis. */
@@ -28,7 +28,7 @@ const axisLink = (alarm) => (alarm.axis ? h("a", { href: link(["axis", alarm.axi
 export function alarmLine(alarm) {
   return h("li", { class: `alarm ${signOf(alarm)}`, "data-alarm": alarm.id },
     sign(signOf(alarm)),
-    h("div", {}, h("p", { class: "what" }, axisLink(alarm), ": ", h("a", { href: link(["alarm", alarm.id]), "data-focus": `open-${alarm.id}` }, sentence(alarm.text))),
+    h("div", {}, h("p", { class: "what" }, h("b", { class: `presence ${alarm.active ? "now" : ""}` }, presence(alarm, Date.now() / 1000)), " ", axisLink(alarm), ": ", h("a", { href: link(["alarm", alarm.id]), "data-focus": `open-${alarm.id}` }, sentence(alarm.text))),
       h("p", { class: "small soft" }, `${severityText(alarm.severity)}; ${alarmStates(alarm).join(", ")}; raised ${stamp(alarm.raised_time_s)}`)),
     scoped(alarmButtons(alarm), alarm.id));
 }
@@ -129,7 +129,7 @@ export function alarmView(main, { fleet, alarms, path }) {
       view.title = `${alarm.axis ?? "Installation"}: ${text}`;
       loadEvents();
       renew(head, alarm, () => [h("div", { class: "head" }, h("div", {}, title(text), h("p", { class: "meta" }, axisLink(alarm), `, ${severityText(alarm.severity)}`)),
-        h("div", { class: `verdict ${{ bad: "bad", warning: "warning", good: "good", off: "none" }[signOf(alarm)]}` }, sign(signOf(alarm)), h("div", {}, h("b", {}, alarm.active ? "Active" : "Cleared"), h("span", {}, alarmStates(alarm).slice(1).join(", "))))),
+        h("div", { class: `verdict ${{ bad: "bad", warning: "warning", over: "warning", good: "good", off: "none" }[signOf(alarm)]}` }, sign(signOf(alarm)), h("div", {}, h("b", {}, alarm.active ? "Active" : "Cleared"), h("span", {}, alarmStates(alarm).slice(1).join(", "))))),
       alarmButtons(alarm, loadEvents)]);
       const figure = figureOf(alarm.alarm, motion);
       const [, guess, cause] = /^(?:(likely|possible) cause: )?(?:cause unknown)?(.*)$/s.exec(sentence(alarm.cause));

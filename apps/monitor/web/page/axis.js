@@ -3,13 +3,13 @@
 import { isNumber, list, plain, prettyUnit, significant, words } from "./report/format.js";
 import { axisButtons, endMaintenanceButton } from "./actions.js";
 import { get, part } from "./api.js";
-import { alarmLine } from "./alarms.js";
+import { alarmLine, worstAlarms } from "./alarms.js";
 import { grid, h, mark, renew, say, sign } from "./dom.js";
 import { ageOf, alarmsOfAxes, groupOf, isAlarmed, isLearning, isSilent, isStale, latencyOf } from "./model.js";
 import { responsePart } from "./response.js";
 import { go, link } from "./route.js";
 import { trendsPart } from "./trends.js";
-import { beyondLimit, brief, changeText, clock, count, duration, figureOf, fromInput, GATES, hasLimit, isOpen, latencyText, limitsText, maintenanceText, orderedFigures, sigmas, staleText, stamp, stateText, toInput, valueText, verdictText } from "./words.js";
+import { alarmText, beyondLimit, brief, changeText, clock, count, duration, figureOf, fromInput, GATES, hasLimit, isOpen, latencyText, limitsText, maintenanceText, orderedFigures, presenceOfAll, sigmas, staleText, stamp, stateText, toInput, valueText, verdictText } from "./words.js";
 
 const DETAILS_MS = 5000;
 const CLASS = ["good", "none", "none", "warning", "bad"];
@@ -88,13 +88,20 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
     }
   }
 
+  /** Since when, as far as it is known; where none came since a restart, the service says so. */
+  function noSamples(axis, age) {
+    const newest = age === null ? "" : clock(serverNow() - age, serverNow());
+    if (axis.samples?.received !== 0 || !axis.why) return `No samples arrive from this axis${newest && ` since ${newest}`}`;
+    return axis.why.charAt(0).toUpperCase() + axis.why.slice(1) + (newest && `, the newest sample of ${newest}`);
+  }
+
   /** "not trusted, as of 10:15:04"; empty where it is trusted and of now. */
   const reserve = (axis, before) => [axis.trusted ? "" : "not trusted", before === null ? "" : `as of ${clock(before, serverNow())}`].filter(Boolean).join(", ");
 
   function figureRows(axis, now) {
     const open = alarmsOfAxes(alarms).get(name);
     const valued = Object.values(axis.figures).some((f) => isNumber(f.value));
-    const title = [valued && isLearning(axis) ? "Last known" : "Now", valued ? reserve(axis, fleet.asOf(axis, now, serverNow())) : ""].filter(Boolean).join(", ");
+    const title = [valued && (isLearning(axis) || isStale(axis, now) || ageOf(axis, now) === null) ? "Last known" : "Now", valued ? reserve(axis, fleet.asOf(axis, now, serverNow())) : ""].filter(Boolean).join(", ");
     say(figuresHead[1], title);
     say(figuresTable.caption, `Figures of the axis: ${title.toLowerCase()}`);
     mark(figuresTable, "data-untrusted", !axis.trusted);
@@ -182,19 +189,21 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
       if (now - filled < 200) return;
       filled = now;
       const group = groupOf(axis, now);
-      verdict.className = `verdict ${CLASS[group]}`;
-      renew(verdict.firstElementChild, SIGN[group], () => [sign(SIGN[group])]);
       const worst = axis.worst_alarm && (alarmsOfAxes(alarms).get(name)?.[0] ?? axis.worst_alarm);
-      say(verdict.querySelector("b"), axis.unacknowledged ? "Alarm" : axis.alarms ? "Alarm, acknowledged" : silent ? "No data" : axis.trusted ? "Trusted" : axis.state === "following" ? "Not trusted" : stateText(axis.state));
-      say(verdict.querySelector("b + span"), worst ? brief(worst.text) : (silent ? `for ${duration(age)}` : axis.why ?? ""));
-      say(meta, `${stateText(silent ? "stale" : axis.state)}; ${age === null ? "no samples yet" : old ? `newest sample ${duration(age)} ago` : `data ${duration(age)} old, latency ${latencyText(latencyOf(axis))}`}`);
-      say(stale, old ? `${isSilent(axis, now) || !["stale", "refused"].includes(axis.state) ? "The server does not answer" : silent ? "No samples arrive from this axis" : "What this axis sends is refused"}: figures and curves below are the last known ones, not those of now.` : "");
+      const over = worst?.active === false;
+      const kind = over ? "over" : SIGN[group];
+      verdict.className = `verdict ${over ? "warning" : CLASS[group]}`;
+      renew(verdict.firstElementChild, kind, () => [sign(kind)]);
+      say(verdict.querySelector("b"), worst ? alarmText(worst, axis.unacknowledged) : silent ? "No data" : axis.trusted ? "Trusted" : axis.state === "following" ? "Not trusted" : stateText(axis.state));
+      say(verdict.querySelector("b + span"), worst ? brief(worst.text) : (silent && age !== null ? `for ${duration(age)}` : axis.why ?? ""));
+      say(meta, `${stateText(silent ? "stale" : axis.state)}; ${age === null ? (axis.sample > 0 ? "no samples since the service started" : "no samples yet") : old ? `newest sample ${duration(age)} ago` : `data ${duration(age)} old, latency ${latencyText(latencyOf(axis))}`}`);
+      say(stale, old ? `${isSilent(axis, now) || !["stale", "refused"].includes(axis.state) ? "The server does not answer" : silent ? noSamples(axis, age) : "What this axis sends is refused"}: figures and curves below are the last known ones, not those of now.` : "");
       mark(columns, "data-stale", old);
       const until = maintenanceText(axis);
       say(maintained, until && `${until}: no alarm of this axis is told.`);
       mark(maintenance, "hidden", until === "");
-      const mine = [...alarms.values()].filter((a) => a.axis === name && (isOpen(a) || a.shelved || a.suppressed));
-      renew(open, mine, () => (mine.length ? [h("section", { class: "open-alarms" }, h("h2", {}, "Alarms"), h("ul", { class: "alarm-list" }, mine.map(alarmLine)))] : []));
+      const mine = worstAlarms([...alarms.values()].filter((a) => a.axis === name && (isOpen(a) || a.shelved || a.suppressed)));
+      renew(open, mine, () => (mine.length ? [h("section", { class: "open-alarms" }, h("h2", {}, `Alarms: ${presenceOfAll(mine)}`), h("ul", { class: "alarm-list" }, mine.map(alarmLine)))] : []));
       figureRows(axis, now);
       estimatorPart(axis);
       samplePart(axis);

@@ -45,7 +45,7 @@ export function renew(part, key, children) {
 
 const SVG = "http://www.w3.org/2000/svg";
 const SIGNS = {
-  good: "M6 12.5l4 4 8-9", bad: "M12 5v9M12 18v.5", warning: "M12 5v9M12 18v.5", off: "M6 12h12", stale: "M12 6v6l4 3", wait: "M6 12h.5M12 12h.5M18 12h.5",
+  good: "M6 12.5l4 4 8-9", bad: "M12 5v9M12 18v.5", warning: "M12 5v9M12 18v.5", over: "M7 12.5l3.5 3.5 6.5-7.5", off: "M6 12h12", stale: "M12 6v6l4 3", wait: "M6 12h.5M12 12h.5M18 12h.5",
 };
 const FRAMES = { bad: "M12 1.5L23.4 22H.6z", warning: "M12 .8L23.2 12 12 23.2 .8 12z" };
 

@@ -3,7 +3,7 @@
 import { h, mark, say, sign } from "./dom.js";
 import { ageOf, alarmsOfAxes, FILTERS, groupOf, isAlarmed, isStale, latencyOf, matches, mostChanged, worstFirst } from "./model.js";
 import { go, link } from "./route.js";
-import { beyondLimit, changeText, clock, duration, figureOf, latencyText, maintenanceText, orderedFigures, plural, sentence, staleText, stateText, valueText } from "./words.js";
+import { alarmText, beyondLimit, changeText, clock, duration, figureOf, latencyText, maintenanceText, orderedFigures, plural, sentence, staleText, stateText, valueText } from "./words.js";
 
 /** Figures that a row shows, and from how many standard deviations on another one takes the place of the last. */
 const FIGURES = ["resonance", "stiffness", "modulus_margin", "load_inertia"];
@@ -120,7 +120,8 @@ export function fleetView(main, { fleet, alarms, query, serverNow }) {
     const r = rows.get(name);
     if (!axis || !r) return;
     const stale = isStale(axis, now);
-    const kind = SIGN[groupOf(axis, now)];
+    const worst = axis.worst_alarm && (open.get(name)?.[0] ?? axis.worst_alarm);
+    const kind = worst?.active === false ? "over" : SIGN[groupOf(axis, now)];
     if (r.kind !== kind) {
       r.sign.replaceChildren(sign(kind));
       r.row.className = `row ${kind}`;
@@ -131,11 +132,10 @@ export function fleetView(main, { fleet, alarms, query, serverNow }) {
     const age = ageOf(axis, now);
     say(r.state, stale ? staleText(axis, age) : axis.state === "following" ? (axis.trusted ? "Trusted" : "Not trusted") : stateText(axis.state));
     say(r.maintenance, maintenanceText(axis));
-    const worst = axis.worst_alarm && (open.get(name)?.[0] ?? axis.worst_alarm);
-    say(r.text, worst ? `${axis.unacknowledged ? "Alarm" : "Acknowledged alarm"}: ${sentence(worst.text)}` + (axis.alarms > 1 ? ` (and ${axis.alarms - 1} more)` : "")
+    say(r.text, worst ? `${alarmText(worst, axis.unacknowledged)}: ${sentence(worst.text)}` + (axis.alarms > 1 ? ` (and ${axis.alarms - 1} more)` : "")
       : axis.trusted && !stale ? "" : axis.why ?? "");
     const before = Object.values(axis.figures).some((f) => Number.isFinite(f.value)) ? fleet.asOf(axis, now, serverNow()) : null;
-    say(r.data, (stale ? "" : age === null ? "no data yet" : `${duration(age)} old, latency ${latencyText(latencyOf(axis))}`) +
+    say(r.data, (stale ? "" : age === null ? (axis.sample > 0 ? "no data since the service started" : "no data yet") : `${duration(age)} old, latency ${latencyText(latencyOf(axis))}`) +
       (before === null ? "" : `${stale ? "" : "; "}figures as of ${clock(before, serverNow())}`));
     fillFigures(r, axis);
   }

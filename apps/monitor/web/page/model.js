@@ -97,7 +97,8 @@ export function groupOf(axis, now) {
   return axis.trusted ? 0 : 2;
 }
 
-/** Open alarms of each axis, the worst first; of equals the one that came first, which the others follow from more often than not. */
+/** Open alarms of each axis, the worst first, those that are active before those that are over; of equals the one that came first, which the
+ *  others follow from more often than not. */
 export function alarmsOfAxes(alarms) {
   const all = new Map();
   for (const alarm of alarms.values()) {
@@ -106,7 +107,7 @@ export function alarmsOfAxes(alarms) {
     all.get(alarm.axis).push(alarm);
   }
   for (const some of all.values()) {
-    some.sort((a, b) => a.acknowledged - b.acknowledged || severityOf(b.severity) - severityOf(a.severity) || (a.raised_time_s ?? 0) - (b.raised_time_s ?? 0));
+    some.sort((a, b) => a.acknowledged - b.acknowledged || b.active - a.active || severityOf(b.severity) - severityOf(a.severity) || (a.raised_time_s ?? 0) - (b.raised_time_s ?? 0));
   }
   return all;
 }

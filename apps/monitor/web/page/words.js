@@ -180,6 +180,19 @@ export function alarmStates(alarm) {
   return out;
 }
 
+/** Whether the alarm's cause is there now, before anything else is read: "Active now", "Over since 10:15:04". */
+export const presence = (alarm, today) => (alarm.active ? "Active now" : isNumber(alarm.cleared_time_s) ? `Over since ${clock(alarm.cleared_time_s, today)}` : "Over");
+
+/** The same for several alarms: "1 active now, 2 over but not acknowledged". */
+export function presenceOfAll(alarms) {
+  const parts = [[alarms.filter((a) => a.active).length, "active now"], [alarms.filter((a) => !a.active && !a.acknowledged).length, "over but not acknowledged"],
+    [alarms.filter((a) => !a.active && a.acknowledged).length, "over and acknowledged"]];
+  return parts.filter(([n]) => n > 0).map(([n, text]) => `${count(n)} ${text}`).join(", ");
+}
+
+/** What stands in the place of the state of an axis whose worst alarm this is; where only the axis told of it, it is taken for active. */
+export const alarmText = ({ active }, unacknowledged) => (active === false ? (unacknowledged ? "Alarm over, not acknowledged" : "Alarm over, acknowledged") : unacknowledged ? "Alarm" : "Alarm, acknowledged");
+
 /** An alarm that asks a person for something. */
 export const isOpen = (alarm) => !alarm.shelved && !alarm.suppressed && (alarm.active || !alarm.acknowledged || alarm.latched === true);
 
