@@ -39,6 +39,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Json = nlohmann::json;
 constexpr double kFrame_s = 0.05;
+constexpr double kCatchesUp_s = 5.0;  // with the samples that came while it learned
 constexpr int kConnections = 4, kMachines = 4;
 
 double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
@@ -240,7 +241,7 @@ class Page {
       return !end;
     });
   }
-  std::vector<double> latency_s;
+  std::vector<double> latency_s, before_s;  ///< Axes that are followed, and those that learn and catch up.
   std::uint64_t frames = 0;
 
  private:
@@ -252,10 +253,17 @@ class Page {
     const auto json = Json::parse(event.substr(event.find("data: ") + 6), nullptr, false);
     if (!json.is_object()) return;
     const double passed = now - json["time_s"].get<double>();
-    for (const auto& axis : json["axes"])
-      if (axis.contains("age_s") && axis["age_s"].is_number())
-        latency_s.push_back(passed + axis["age_s"].get<double>());
+    for (const auto& [name, axis] : json["axes"].items()) {
+      const bool follows = axis["state"] == "following";
+      auto& since_s = follows_since_s_[name];
+      if (!follows) since_s = 0.0;
+      if (follows && since_s == 0.0) since_s = now;
+      if (!axis.contains("age_s") || !axis["age_s"].is_number()) continue;
+      auto& list = follows && now - since_s >= kCatchesUp_s ? latency_s : before_s;
+      list.push_back(passed + axis["age_s"].get<double>());
+    }
   }
+  std::map<std::string, double> follows_since_s_;
 };
 
 double part(std::vector<double>& sorted, double p) {
@@ -320,10 +328,11 @@ int run(const Load& load) {
     refused += sender->refused;
     late_s = std::max(late_s, sender->late_s.load());
   }
-  std::vector<double> latency_s;
+  std::vector<double> latency_s, before_s;
   std::uint64_t frames = 0;
   for (auto& page : pages) {
     latency_s.insert(latency_s.end(), page.latency_s.begin(), page.latency_s.end());
+    before_s.insert(before_s.end(), page.before_s.begin(), page.before_s.end());
     frames += page.frames;
   }
   const double per_frame = std::round(kFrame_s * load.rate_hz);
@@ -338,10 +347,13 @@ int run(const Load& load) {
       "{:.1f} MB, {:.0f} kB per axis\n",
       before[0], warm_s, share, 1e3 * share / load.axes, after[1] / 1e6, after[1] / 1e3 / load.axes);
   if (load.pages > 0) {
-    const double median = part(latency_s, 0.5), p99 = part(latency_s, 0.99), worst = part(latency_s, 1.0);
-    fmt::print(
-        "sample to page: median {:.3f} s, 99 % {:.3f} s, worst {:.3f} s, of {}; {:.1f} frames per second\n",
-        median, p99, worst, latency_s.size(), static_cast<double>(frames) / load.pages / measured_s);
+    for (auto* list : {&latency_s, &before_s}) {
+      const double median = part(*list, 0.5), p99 = part(*list, 0.99), worst = part(*list, 1.0);
+      fmt::print("sample to page, {}: median {:.3f} s, 99 % {:.3f} s, worst {:.3f} s, of {}\n",
+                 list == &latency_s ? "axes that are followed" : "axes that learn or catch up", median, p99,
+                 worst, list->size());
+    }
+    fmt::print("{:.1f} frames per second\n", static_cast<double>(frames) / load.pages / measured_s);
   }
   const double median = part(metrics_s, 0.5), worst = part(metrics_s, 1.0);
   fmt::print("/metrics: median {:.4f} s, worst {:.4f} s\n", median, worst);
