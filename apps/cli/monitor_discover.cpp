@@ -52,14 +52,15 @@ constexpr Scheme kSchemes[] = {{"mqtt", SourceKind::mqtt, false, "1883", "#"},
 
 /// Its FIFO holds numbers alone: which pins they are of, the HAL file of the machine says.
 [[noreturn]] void refuse_hal(const std::string& url) {
-  refuse_url(url,
-             "which tells no names; required, in place of it, in the configuration:\n"
-             "    [source.hal]\n"
-             "    kind = \"hal\"\n"
-             "    hal_channel = 0                      # N of sampler.N\n"
-             "    columns = [\"ru\", \"u\", \"speed\"]       # what is wired to sampler.N.pin.0, .1 ..., in "
-             "this order\n"
-             "with sample_rate_hz of its axis 1e9 / the servo period in ns");
+  refuse_url(
+      url,
+      "which tells no names; required, in place of it, in the configuration:\n"
+      "    [source.hal]\n"
+      "    kind = \"hal\"\n"
+      "    hal_channel = 0                      # N of sampler.N\n"
+      "    columns = [\"ru\", \"u\", \"speed\", \"overruns\"]  # what is wired to sampler.N.pin.0, .1 ..., "
+      "in this order\n"
+      "with sample_rate_hz of its axis 1e9 / the servo period in ns");
 }
 
 Place broker_of(const Scheme& scheme, const std::string& url, std::string_view rest) {

@@ -5,6 +5,7 @@
 #include <resonid/base/enum_names.hpp>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace resonid::monitor {
@@ -19,12 +20,17 @@ inline constexpr EnumName<SampleFormat> kSampleFormatNames[] = {
   return kSampleFormatNames;
 }
 
+/// A column of LinuxCNC's sampler: how many samples found its FIFO full, and are not among those it numbers.
+inline constexpr std::string_view kOverrunsColumn = "overruns";
+
 /// How samples are written: as frames or as lines.
 struct Format {
   SampleFormat kind = SampleFormat::csv;
   std::vector<std::string> columns = {};  ///< Of CSV lines; empty: a line with their names comes first.
   std::string axis = {};                  ///< Where neither a topic nor a line names one.
-  bool sample_wraps = false;  ///< CSV: the sample has 32 bits, with or without sign; given modulo 2^32.
+  /// CSV: the sample has 32 bits, with or without sign; given modulo 2^32, with kOverrunsColumn, where there
+  /// is one, added.
+  bool sample_wraps = false;
 };
 
 }  // namespace resonid::monitor

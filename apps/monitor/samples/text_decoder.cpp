@@ -22,6 +22,7 @@ using nlohmann::json;
 
 constexpr std::size_t kTextSlice = 65'536;
 constexpr std::size_t kMostNumbers = 250'000;  // of one object
+constexpr std::uint64_t kIndexTurn = std::uint64_t{1} << 32U;
 constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 
 std::string_view trimmed(std::string_view text) {
@@ -238,13 +239,15 @@ void TextDecoder::give(Arrival arrival, std::span<const std::string_view> column
 void TextDecoder::set_names(std::vector<std::string> names) {
   names_ = std::move(names);
   names_used_ = false;
-  axis_ = sample_ = time_ = std::nullopt;
+  axis_ = sample_ = overruns_ = time_ = std::nullopt;
   value_names_.clear();
   for (std::size_t c = 0; c < names_.size(); ++c) {
     if (!axis_ && names_[c] == "axis")
       axis_ = c;
     else if (!sample_ && names_[c] == "sample")
       sample_ = c;
+    else if (!overruns_ && format_.sample_wraps && names_[c] == kOverrunsColumn)
+      overruns_ = c;
     else if (!time_ && is_time_name(names_[c]))
       time_ = c;
     else
@@ -300,11 +303,16 @@ void TextDecoder::read_csv(std::string_view text, std::uint64_t end, const Take&
   Arrival line;
   line.axis = axis_ ? cells_[*axis_] : std::string_view(format_.axis);
   values_.clear();
+  std::uint64_t overruns = 0;
   for (std::size_t c = 0; c < cells_.size(); ++c) {
     if (c == axis_) continue;
     if (c == sample_) {
       line.first_sample = format_.sample_wraps ? read_wrapped_index(cells_[c]) : read_index(cells_[c]);
       if (!line.first_sample) return fault(Fault::format, "the sample is no index", text);
+    } else if (c == overruns_) {
+      const auto counted = read_wrapped_index(cells_[c]);
+      if (!counted) return fault(Fault::format, "the overruns are no count", text);
+      overruns = *counted;
     } else if (c == time_) {
       const ReadTime time = read_time(cells_[c]);
       if (!time.readable) return fault(Fault::format, "the time is none", text);
@@ -313,6 +321,7 @@ void TextDecoder::read_csv(std::string_view text, std::uint64_t end, const Take&
       values_.push_back(read_value(cells_[c], separator != ',').value_or(kNoNumber));
     }
   }
+  if (line.first_sample && overruns_) line.first_sample = (*line.first_sample + overruns) % kIndexTurn;
   names_used_ = true;
   separator_ = separator;
   if (values_.empty()) return fault(Fault::columns, "no columns of values", text);

@@ -88,9 +88,9 @@ class TextDecoder {
   // CSV
   char separator_ = '\0';  ///< '\0': not known; ' ': blanks.
   std::vector<std::string> names_;
-  bool names_used_ = false;                          ///< A line of numbers has fitted them.
-  std::optional<std::size_t> axis_, sample_, time_;  ///< Their columns.
-  std::vector<std::string_view> value_names_;        ///< Of the other columns.
+  bool names_used_ = false;                                     ///< A line of numbers has fitted them.
+  std::optional<std::size_t> axis_, sample_, overruns_, time_;  ///< Their columns.
+  std::vector<std::string_view> value_names_;                   ///< Of the other columns.
 
   std::vector<std::string_view> cells_, columns_;
   std::vector<double> values_;

@@ -186,7 +186,9 @@ void describe(Visitor&& v, SourceConfig& c) {
     "simulated drive");
   if (c.kind == SourceKind::hal) {
     v("hal_channel", c.hal_channel, "channel of the sampler component, 0 ... 7");
-    v("columns", c.columns, "names of its pins, in their order");
+    v("columns", c.columns,
+      "names of its pins, in their order; overruns: sampler.N.overruns, by which what its FIFO lost is "
+      "counted");
     return;
   }
   if (c.kind == SourceKind::demo) {
@@ -312,7 +314,9 @@ void describe(Visitor&& v, AxisConfig& c) {
   v("drift_per_s", c.drift_per_s,
     "physical only: relative change of the stiffness per second that the machine can reach; empty: chosen "
     "(1/s)");
-  v("friction", c.friction, "what is followed of friction on the driven side");
+  v("friction", c.friction,
+    "what is followed of friction on the driven side; only with dry or both has dry friction a figure, and "
+    "alarms");
   v("start", c.start, "result of `resonid identify --json` that the estimate begins with; empty: learned");
   v("baseline", c.baseline,
     "result of `resonid identify --json` to which the gap is taken; empty: there is no gap");

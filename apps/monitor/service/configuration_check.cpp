@@ -320,6 +320,8 @@ class Checker {
                                s.stream, s.connection.address));
         return;
       case SourceKind::hal:
+        if (std::find(s.columns.begin(), s.columns.end(), kOverrunsColumn) == s.columns.end())
+          warn(path + ".columns", "has no 'overruns': samples that the FIFO loses are not counted");
         return only_one(path, "hal_channel", fmt::format("HAL channel {}", s.hal_channel));
       case SourceKind::demo:
         for (const auto& experiment : s.experiments) shipped_or_file(path + ".experiments", experiment);
@@ -383,14 +385,36 @@ class Checker {
 
   /// What an axis may lack of a figure: then its rows never have it.
   struct Needed {
-    std::string AxisConfig::*key;
+    bool (*has)(const AxisConfig&);
     std::string_view name;
   };
   static std::optional<Needed> needed_for(monitoring::Watched figure) {
+    using identification::Friction;
+    using identification::TrackMethod;
     using monitoring::Watched;
-    if (figure == Watched::modulus_margin || figure == Watched::phase_margin)
-      return Needed{&AxisConfig::controller, "controller"};
-    if (figure == Watched::gap) return Needed{&AxisConfig::baseline, "baseline"};
+    switch (figure) {
+      case Watched::modulus_margin:
+      case Watched::phase_margin:
+        return Needed{[](const AxisConfig& a) { return !a.controller.empty(); }, "a controller"};
+      case Watched::gap:
+        return Needed{[](const AxisConfig& a) { return !a.baseline.empty(); }, "a baseline"};
+      case Watched::coulomb_friction:
+        return Needed{
+            [](const AxisConfig& a) { return a.friction == Friction::dry || a.friction == Friction::both; },
+            "friction = \"dry\" or \"both\""};
+      case Watched::stiffness:
+      case Watched::driven_inertia:
+      case Watched::load_inertia:
+      case Watched::damping:
+      case Watched::load_torque:  // what the physical tracker alone estimates
+        return Needed{[](const AxisConfig& a) {
+                        return a.method == TrackMethod::automatic || a.method == TrackMethod::physical;
+                      },
+                      "method = \"auto\" or \"physical\""};
+      case Watched::resonance:
+      case Watched::antiresonance:
+        break;
+    }
     return std::nullopt;
   }
 
@@ -408,9 +432,9 @@ class Checker {
       std::replace(name.begin() + static_cast<std::ptrdiff_t>(path.size()), name.end(), '-', '_');
       const auto &own = alarms[figure], &other = usual[figure];
       const auto needed = needed_for(figure);
-      if (needed && !any([&](const AxisConfig* a) { return !(a->*needed->key).empty(); })) {
+      if (needed && !any([&](const AxisConfig* a) { return needed->has(*a); })) {
         const std::string needs =
-            fmt::format("needs an axis with a {}: without one this limit is never judged", needed->name);
+            fmt::format("needs an axis with {}: without one this limit is never judged", needed->name);
         if (std::isfinite(own.low) && own.low != other.low) error(name + ".low", needs);
         if (std::isfinite(own.high) && own.high != other.high) error(name + ".high", needs);
       }

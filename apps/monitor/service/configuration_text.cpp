@@ -143,8 +143,9 @@ read. They are not printed, stored, or part of any digest.
 and column, what was found and what is required; of `--data` and `--listen` with the option. Of what hangs on a key that cannot
 be read nothing is said until it can be. The service does not start with an error. A `note` says what was assumed and
 converted of an axis' units: read them, no program can check them. Errors are also keys that can have no effect: a
-`torque_constant` without an input in A, a limit of a margin without a `controller` or of the gap without a `baseline`. What
-`[alarms]` says of all axes is one where no axis at all can obey it.
+`torque_constant` without an input in A, a limit of a margin without a `controller`, of the gap without a `baseline`, of dry
+friction without `friction = "dry"` (or `"both"`), or of stiffness, inertias, damping or load torque with a `method` other than
+`"auto"` and `"physical"`. What `[alarms]` says of all axes is one where no axis at all can obey it.
 
     m.toml:14:10: axis.x.source: found 'lime' (did you mean 'line'?), required the name of a source; there are: line
     m.toml:9:8: source.line.path: '/var/lib/x.csv' is not there yet

@@ -119,6 +119,14 @@ TEST(Check, RefusesLimitsThatAreNeverJudged) {
   EXPECT_TRUE(
       limit("modulus_margin.low = 0.5", "axis.x.alarms.modulus_margin.low: needs an axis with a controller"));
   EXPECT_TRUE(limit("gap.high = 0.2", "axis.x.alarms.gap.high: needs an axis with a baseline"));
+  for (const std::string& friction : {std::string(), std::string("\nfriction = 'viscous'")})
+    EXPECT_TRUE(limit(
+        "coulomb_friction.high = 0.5" + friction,
+        "axis.x.alarms.coulomb_friction.high: needs an axis with friction = \"dry\" or \"both\": without"));
+  for (const std::string& figure : {std::string("stiffness"), std::string("load_torque")})
+    EXPECT_TRUE(
+        limit(figure + ".low = 0.5\nmethod = 'kalman'",
+              "axis.x.alarms." + figure + ".low: needs an axis with method = \"auto\" or \"physical\""));
   EXPECT_TRUE(limit("stiffness.deadband = 5", "axis.x.alarms.stiffness.deadband: needs low or high"));
   EXPECT_TRUE(is_only(errors_of(folder, "[alarms]\nphase_margin.low = 30"),
                       "m.toml:11:20: alarms.phase_margin.low", "needs an axis with a controller"))
@@ -128,6 +136,10 @@ TEST(Check, RefusesLimitsThatAreNeverJudged) {
   for (const std::string& more :
        {std::string("controller = 'pi:1,0.1'\nalarms.phase_margin.low = 30\nalarms.modulus_margin.low = 0.5"),
         baseline + "alarms.gap.high = 0.2", std::string("alarms.gap.high = inf\nalarms.gap.deadband = 0"),
+        std::string("alarms.coulomb_friction.high = 0.5\nfriction = 'dry'"),
+        std::string("alarms.coulomb_friction.high = 0.5\nfriction = 'both'\nmethod = 'arx'"),
+        std::string("alarms.coulomb_friction.high = inf\nalarms.load_torque.high = 2"),
+        std::string("alarms.load_torque.high = 2\nmethod = 'physical'"),
         std::string("alarms.stiffness.low = 5\nalarms.stiffness.deadband = 1")})
     EXPECT_EQ(errors_of(folder, more), Texts{}) << more;
 }
@@ -136,9 +148,9 @@ TEST(Check, RefusesLimitsThatAreNeverJudged) {
 TEST(Check, TakesAlarmsOfAllAxesThatOneCanObey) {
   const TemporaryFolder folder;
   EXPECT_EQ(errors_of(folder,
-                      "[alarms]\nphase_margin.low = 30\nstiffness.deadband = 5\n[axis.y]\nsource = 'in'\n"
-                      "sample_rate_hz = 500\ninput = 'u'\noutput = 'y'\ncontroller = 'pi:1,0.1'\n"
-                      "alarms.stiffness.low = 100"),
+                      "[alarms]\nphase_margin.low = 30\ncoulomb_friction.high = 0.5\nstiffness.deadband = 5\n"
+                      "[axis.y]\nsource = 'in'\nsample_rate_hz = 500\ninput = 'u'\noutput = 'y'\n"
+                      "controller = 'pi:1,0.1'\nfriction = 'dry'\nalarms.stiffness.low = 100"),
             Texts{});
 }
 

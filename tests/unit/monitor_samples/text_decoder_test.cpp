@@ -60,6 +60,23 @@ struct Reader {
 using Names = std::vector<std::string>;
 using Numbers = std::vector<double>;
 
+/// Numbers of LinuxCNC's sampler leave out what found its FIFO full.
+TEST(TextDecoder, CountsOverrunsOfASamplerAmongItsSamples) {
+  Reader r(Format{SampleFormat::csv, {"sample", "u", "overruns"}, "x", true});
+  r.add("7 1.5 0 \n8 2.5 3 \n-1 3.5 3 \n-1 4.5 x \n");
+  std::vector<std::uint64_t> first;
+  for (const auto& come : r.all) {
+    first.push_back(come.first.value());
+    EXPECT_EQ(come.columns, Names{"u"});
+  }
+  EXPECT_EQ(first, (std::vector<std::uint64_t>{7, 11, 2}));
+  EXPECT_EQ(r.faults.count(Fault::format), 1U);
+  Reader other(Format{SampleFormat::csv, {"sample", "u", "overruns"}, "x", false});
+  other.add("8 2.5 3 \n");
+  EXPECT_EQ(other.all.at(0).first, 8U);
+  EXPECT_EQ(other.all.at(0).columns, (Names{"u", "overruns"}));
+}
+
 TEST(TextValues, NumbersAndTimesAsTheyAreWritten) {
   EXPECT_EQ(read_value("+1.5e3"), 1500.0);
   EXPECT_EQ(read_value("1,5", true), 1.5);
