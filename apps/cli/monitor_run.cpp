@@ -236,10 +236,11 @@ monitor::ConfigurationFile configuration_of(const ConfiguredRun& run, const Tell
 }
 
 void run_configured(const ConfiguredRun& run) {
-  const sigset_t signals = block_signals();
+  sigset_t signals{};
   std::optional<Reloadable> begun;
   try {
     auto file = configuration_of(run, tell_log);
+    signals = block_signals();  // until then they end it
     say_notes(file);
     begun.emplace(run, std::move(file.configuration));
   } catch (const InputError& error) {

@@ -181,6 +181,12 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
     for (const i of now.keys()) assert.notEqual(now[i], then[i]);
     await picture(page, "alarms-active-and-over");
     await fits(page, axe, "axis with alarms that are active and over");
+    // What is active stands before what is over, though it is acknowledged.
+    server.raise({ ...server.simulation.alarms.get(1), acknowledged: true });
+    await says(".open-alarms h2", /^Alarms: 1 active now, 1 over but not acknowledged$/);
+    await says(".verdict", /^Alarm Stiffness fell/);
+    assert.ok(await page.$(".verdict .sign.bad"));
+    server.raise({ ...server.simulation.alarms.get(1), acknowledged: false });
     // Where all is over, neither the axis nor the fleet tells of an alarm as of now.
     server.raise({ ...server.simulation.alarms.get(1), active: false, cleared_time_s: cleared });
     await says(".verdict", /^Alarm over, not acknowledged /);

@@ -149,6 +149,7 @@ TEST_F(Monitor, NamesTheOptionThatIsWrong) {
 TEST_F(Monitor, TellsTheJournalTheLevelOfEveryLine) {
   const auto told = [&](const std::string& more, int exit_code) {
     configure(more);
+    write("out.txt", "");  // nothing of a run before
     write("err.txt", "");  // the same file when the program has it
     struct ::stat file {};
     EXPECT_EQ(::stat(path("err.txt").c_str(), &file), 0);

@@ -76,9 +76,9 @@ class Engine::Impl {
 
   void start() {
     started_ = Clock::now();
-    for (auto& slot : slots_)
-      slot->progress = slot->silent_until = started_;  // what took its time before is not silence
-    for (std::size_t i = 0; i < slots_.size(); ++i)    // spread over the time between two of one axis
+    // What took its time before is not silence.
+    for (auto& slot : slots_) slot->progress = slot->silent_until = started_;
+    for (std::size_t i = 0; i < slots_.size(); ++i)  // spread over the time between two of one axis
       if (!slots_[i]->snapshot_useful)
         slots_[i]->snapshot_due =
             started_ + seconds(options_.snapshot_every_s * (1.0 + static_cast<double>(i)) /
@@ -174,7 +174,6 @@ class Engine::Impl {
     std::uint64_t next_action;
     std::int64_t next_end_ns = 0;  // of maintenance or shelving, UNIX time; 0: none
     std::uint64_t position = 0, snapshot_position = 0;
-    std::uint64_t seen_end = 0;  // where the ring was while it learns or waits to
     monitoring::Output out;
     Results results;
     Clock::time_point snapshot_due, publish_due, curve_due, progress = Clock::now();
@@ -250,10 +249,6 @@ class Engine::Impl {
   std::size_t advance(std::size_t index, Clock::time_point now) {
     Slot& s = *slots_[index];
     if (s.learning.load(std::memory_order_acquire)) {
-      if (const std::uint64_t end = s.ring->end(); end != s.seen_end) {  // nobody takes what comes
-        s.seen_end = end;
-        s.progress = now;
-      }
       if (!waits_too_long(s, now) || !withdraw(s)) return 0;
       gather_anew(s, now);
     }
@@ -339,7 +334,7 @@ class Engine::Impl {
     if (is_asked(s) && stopping_.load()) return true;
     // Beyond that there may be no room for the longest message.
     const bool fills = s.ring->end() - s.ring->read() > s.ring->settings().capacity / 2;
-    return (fills || is_asked(s) || stop_is_due(s, now)) &&
+    return (fills || is_asked(s)) &&
            duration<double>(now - s.waits_since).count() >= options_.learning_patience_s;
   }
   /// Whether a person's actions wait, which can be taken in now.
@@ -423,26 +418,20 @@ class Engine::Impl {
     if (is_new) s.results.actions.push_back(std::move(told));
   }
 
-  /// Whether it is to be told that samples stopped, which nobody has told yet.
-  [[nodiscard]] bool stop_is_due(const Slot& s, Clock::time_point now) const {
-    const double stale_s = stale_after_s(options_, s.monitor.spec().sample_rate_hz);
-    const double longest_s =
-        s.monitor.next_sample() > 0 ? stale_s : std::max(stale_s, options_.first_sample_s);
-    return !s.monitor.facts().stale &&
-           duration<double>(now - s.progress).count() >= longest_s + s.monitor.spec().alarms.stale.on_delay_s;
-  }
-
   /// The alarm `stale`, whose delays are by the clock, as there are no samples to count.
   void watch_staleness(Slot& s, Clock::time_point now) {
     const auto& rule = s.monitor.spec().alarms.stale;
     const auto lasts = [now](Clock::time_point since, double seconds) {
       return duration<double>(now - since).count() >= seconds;
     };
-    s.silent = lasts(s.progress, stale_after_s(options_, s.monitor.spec().sample_rate_hz));
+    const double stale_s = stale_after_s(options_, s.monitor.spec().sample_rate_hz);
+    s.silent = lasts(s.progress, stale_s);
     if (s.silent) s.silent_until = now;
     if (!s.replayed.empty() || s.monitor.phase() == Phase::learning) return;
     const bool told = s.monitor.facts().stale;
-    if (stop_is_due(s, now)) {
+    const double longest_s =
+        s.monitor.next_sample() > 0 ? stale_s : std::max(stale_s, options_.first_sample_s);
+    if (!told && lasts(s.progress, longest_s + rule.on_delay_s)) {
       s.reminded = now;
       act_as_service(s, {0, ActionKind::stop});
     } else if (told && s.monitor.next_sample() > s.stopped_at && !s.silent &&

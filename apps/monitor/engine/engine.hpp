@@ -80,8 +80,8 @@ struct EngineOptions {
   double stale_s = 3.0;            ///< Without samples for so long an axis is stale (stale_after_s()).
   double first_sample_s = 60.0;    ///< The same before its very first one: who watches may come first.
   /// An axis that has waited for its turn to learn for so long gathers newer samples instead where its ring
-  /// is half full, whose source would have to wait, or where a person did something or samples stopped, which
-  /// counts between samples.
+  /// is half full, whose source would have to wait, or where a person did something, which counts between
+  /// samples.
   double learning_patience_s = 2.0;
   double publish_every_s = 0.05, curve_every_s = 0.5;
   /// How a UNIX time in ns is written in the texts of alarms; empty: as local date and time.

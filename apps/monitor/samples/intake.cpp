@@ -119,6 +119,8 @@ Intake::Outcome Intake::take(const Arrival& arrival, const SourcePosition& posit
     return Outcome::duplicate;
   }
   if (!usable(arrival, samples - before)) return Outcome::refused;
+  // Its source gives it again after a kill or an interruption, which confirms nothing.
+  if (far_ && position.told() && position.at_or_before(far_->position)) forget_far();
   const double rate = ring_.settings().sample_rate_hz;
   const std::uint64_t most = samples - before + static_cast<std::uint64_t>(rate);  // a gap filled included
   if (!ring_.room(std::min(most, ring_.most_samples()), 1)) return Outcome::full;
@@ -237,14 +239,15 @@ void Intake::read_far() {
   SourcePosition position;
   from.get(sum);
   from.get(format);
+  if (!from.ok() || sum != crc32c(std::string_view(text).substr(sizeof sum)) || format != kFarFormat)
+    return forget_far();
   from.get(next_sample);
   from.get(sender_offset);
   from.get(position);
   from.get(first);
   from.get(samples);
   ArrivalCopy message(from);
-  if (from.ok() && sum == crc32c(std::string_view(text).substr(sizeof sum)) && format == kFarFormat &&
-      next_sample == ring_.next_sample() && sender_offset == ring_.sender_offset())
+  if (from.ok() && next_sample == ring_.next_sample() && sender_offset == ring_.sender_offset())
     far_ = Far{std::move(message), position, first, samples};
   else
     forget_far();

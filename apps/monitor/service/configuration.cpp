@@ -135,6 +135,8 @@ class Reading {
       unread_.insert(path);
       if (fault.field.empty()) misspelt(path, fault.requirement.view());
     }
+    if (errors_.size() == kMostErrors)
+      errors_.push_back({"", fmt::format("these are the first {}; further ones are not told", kMostErrors)});
     return std::nullopt;
   }
   [[nodiscard]] const std::vector<Error>& errors() const noexcept { return errors_; }

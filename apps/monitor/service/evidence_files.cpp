@@ -56,23 +56,22 @@ void tidy_evidence(const fs::path& folder, Reader& reader, Batch& batch) {
 
 bool remove_report(const fs::path& file) { return removed(fs::path(file).replace_extension(".html")); }
 
-void count_reports(const fs::path& folder, ReportSizes& counted, Batch& batch) {
-  ReportSizes found;
+void count_evidence(const fs::path& folder, EvidenceSizes& counted, Batch& batch) {
+  EvidenceSizes found;
   std::error_code code;
   for (auto entry = fs::directory_iterator(folder, code); entry != fs::directory_iterator();
        entry.increment(code)) {
-    const fs::path& report = entry->path();
-    const std::string name = report.filename().string();
-    if (!name.ends_with(".html") || !is_evidence(name)) continue;
+    const std::string name = entry->path().filename().string();
     std::error_code gone;
-    const auto bytes = fs::file_size(report, gone);
-    const auto samples = fs::file_size(fs::path(report).replace_extension(".csv"), gone);
-    if (gone) continue;
-    found.emplace(name, bytes);
-    if (const auto before = counted.find(name); before == counted.end() || before->second != bytes)
-      batch.evidence_sizes.push_back({fs::path(name).replace_extension(".csv").string(), bytes + samples});
+    const auto bytes = entry->file_size(gone);
+    if (!gone && !name.starts_with('.') && is_evidence(name))
+      found[name.substr(0, name.find('.')) + ".csv"] += bytes;
   }
-  if (!code) counted = std::move(found);
+  if (code) return;
+  for (const auto& [name, bytes] : found)
+    if (const auto before = counted.find(name); before == counted.end() || before->second != bytes)
+      batch.evidence_sizes.push_back({name, bytes});
+  counted = std::move(found);
 }
 
 void remove_evidence(const fs::path& folder, Reader& reader, Batch& batch) {

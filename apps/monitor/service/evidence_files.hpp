@@ -15,11 +15,11 @@ namespace resonid::monitor {
 /// batch, records whose file is gone. Files that are not named like evidence stay.
 void tidy_evidence(const std::filesystem::path& folder, Reader& reader, Batch& batch);
 
-/// Bytes of the reports that were counted, by their names.
-using ReportSizes = std::map<std::string, std::uint64_t, std::less<>>;
+/// Bytes of samples and reports that were counted, by the files of the samples.
+using EvidenceSizes = std::map<std::string, std::uint64_t, std::less<>>;
 
-/// Tells in the batch of evidence to which a report came since: it counts for retention, too.
-void count_reports(const std::filesystem::path& folder, ReportSizes& counted, Batch& batch);
+/// Tells in the batch what takes more or less than was counted: a report counts for retention, too.
+void count_evidence(const std::filesystem::path& folder, EvidenceSizes& counted, Batch& batch);
 
 /// Removes the report that was made of a file of evidence, where there is one; whether none is left.
 bool remove_report(const std::filesystem::path& file);

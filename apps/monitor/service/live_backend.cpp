@@ -266,7 +266,7 @@ Answer<std::string> LiveBackend::raw(const std::string& axis, double from_s, dou
   if (!index) return tl::unexpected(index.error());
   const Axis& a = axes_[*index];
   const auto asked = samples_between(*a.ring, *engine_.live(*index), ns_of(from_s), ns_of(to_s));
-  auto text = raw_csv(*a.ring, *a.installed, asked.from, asked.to);
+  auto text = raw_csv(*a.ring, *a.installed, {asked.from, asked.to});
   if (!text.empty()) return text;
   return no(
       Problem::Kind::not_found, "from",

@@ -57,12 +57,16 @@ std::uint64_t oldest_sample(const Ring& ring) {
   return oldest.samples > 0 ? oldest.first_sample : ring.next_sample();
 }
 
-std::string raw_csv(const Ring& ring, const InstalledAxis& axis, std::uint64_t from, std::uint64_t to) {
+Stretch copied(const Ring& ring, const InstalledAxis& axis, Stretch asked) {
+  if (const std::uint64_t oldest = oldest_sample(ring); asked.from < oldest)
+    asked.from = oldest + static_cast<std::uint64_t>(kOverwritten_s * axis.spec.sample_rate_hz);
+  asked.to = std::min(asked.to, ring.next_sample());
+  return asked;
+}
+
+std::string raw_csv(const Ring& ring, const InstalledAxis& axis, Stretch asked) {
   std::string text;
-  // Not the very oldest ones, which may be overwritten while they are copied.
-  if (const std::uint64_t oldest = oldest_sample(ring); from < oldest)
-    from = oldest + static_cast<std::uint64_t>(kOverwritten_s * axis.spec.sample_rate_hz);
-  to = std::min(to, ring.next_sample());
+  const auto [from, to] = copied(ring, axis, asked);
   if (from >= to) return text;
   const auto out = std::back_inserter(text);
   fmt::format_to(out, "# axis {}, samples {} to {}; resonid identify THIS.csv --time t_s {}\nt_s",

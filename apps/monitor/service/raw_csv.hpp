@@ -15,10 +15,15 @@ namespace resonid::monitor {
 /// Index of the oldest sample that the ring has; the next one where it has none.
 [[nodiscard]] std::uint64_t oldest_sample(const Ring& ring);
 
-/// Raw samples `from` to `to` (not included) of an axis, as far as the ring has them, as a recording that
-/// `resonid identify` reads; comments say which they are, and with which options it gives what the monitor
-/// saw. Empty where it has none of them.
-[[nodiscard]] std::string raw_csv(const Ring& ring, const InstalledAxis& axis, std::uint64_t from,
-                                  std::uint64_t to);
+struct Stretch {
+  std::uint64_t from = 0, to = 0;  ///< Not included.
+};
+/// What can be copied of it; not the very oldest samples, which may be overwritten meanwhile.
+[[nodiscard]] Stretch copied(const Ring& ring, const InstalledAxis& axis, Stretch asked);
+
+/// Raw samples of an axis, as far as the ring has them (copied()), as a recording that `resonid identify`
+/// reads; comments say which they are, and with which options it gives what the monitor saw. Empty where it
+/// has none of them.
+[[nodiscard]] std::string raw_csv(const Ring& ring, const InstalledAxis& axis, Stretch asked);
 
 }  // namespace resonid::monitor

@@ -145,7 +145,7 @@ void Recorder::write(bool last) {
   if (now - evidence_removed_ns_ > kRemoveEvidenceEvery_ns || now < evidence_removed_ns_) {
     evidence_removed_ns_ = now;
     remove_evidence(folder_of_evidence(), reader_, batch);
-    count_reports(folder_of_evidence(), reports_, batch);
+    count_evidence(folder_of_evidence(), evidence_sizes_, batch);
   }
   disk_alarm_.look(before.fault.empty() ? before.fault : "Rows and alarms cannot be written: " + before.fault,
                    before.over_limit, now, batch);
@@ -355,6 +355,7 @@ void Recorder::find_evidence() {
     const bool lacks = files->empty()
                            ? oldest <= raised
                            : files->front().to_sample < around.to && oldest <= files->front().from_sample;
+    if (!files->empty()) around.known_to = files->front().to_sample;
     if (lacks) evidence_.push_back(std::move(around));
   }
 }
@@ -367,9 +368,9 @@ void Recorder::copy_evidence(Batch& batch, std::int64_t now, bool last) {
     if (axis.ring->next_sample() < e.to && now < e.due_ns && !last) return false;
     if (!last && now_ns() - begin > kCopyFor_ns) return false;
     // What is told to be in it is what a next process goes by (find_evidence()).
-    const std::uint64_t from = std::max(e.from, oldest_sample(*axis.ring));
-    const std::uint64_t to = std::min(e.to, axis.ring->next_sample());
-    const std::string text = raw_csv(*axis.ring, *axis.installed, e.from, e.to);
+    const auto [from, to] = copied(*axis.ring, *axis.installed, {e.from, e.to});
+    if (to <= e.known_to) return true;  // nothing came since
+    const std::string text = raw_csv(*axis.ring, *axis.installed, {from, to});
     if (text.empty()) return true;  // the machine stood still for longer than the ring is
     const std::string name = e.alarm_id + ".csv";
     const auto written = io::write_file_atomically(folder_of_evidence() / name, text);

@@ -73,6 +73,7 @@ class Recorder {
     std::size_t axis = 0;
     std::uint64_t from = 0, to = 0;
     std::int64_t due_ns = 0;
+    std::uint64_t known_to = 0;  // of what a former process copied
   };
   void run();
   void write(bool last);
@@ -105,7 +106,7 @@ class Recorder {
   std::map<std::size_t, std::uint64_t> snapshots_;  // of the backlog: axis, position
   std::vector<Evidence> evidence_;
   std::int64_t evidence_removed_ns_ = 0;
-  ReportSizes reports_;
+  EvidenceSizes evidence_sizes_;
   std::chrono::steady_clock::time_point commit_again_{}, upkeep_failed_{};
   std::string upkeep_fault_;  // empty: upkeep goes on
   std::atomic<bool> stopping_{false};

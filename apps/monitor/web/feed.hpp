@@ -39,7 +39,7 @@ class Feed {
   static constexpr std::size_t kFrameBytes = 32'000;
   static constexpr std::uint64_t kRefresh = 40;        ///< Rounds; 2 s at 20 per second.
   static constexpr std::uint64_t kResponseRounds = 5;  ///< At most every fifth round brings a response.
-  static constexpr std::size_t kRemembered = 1000;     ///< Alarm events to resume from.
+  static constexpr std::size_t kRemembered = 200;  ///< Alarm events to resume from; who lacks more asks anew.
 
   /// `send` is called with each event, in the order of their ids, under a lock: it must not wait.
   Feed(const Backend& backend, std::uint64_t boot, std::function<void(FeedEvent)> send);

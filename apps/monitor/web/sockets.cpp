@@ -40,7 +40,7 @@ Clock::duration seconds(double s) {
 
 /// What a stream has yet to send. Frames replace one another, alarms queue.
 struct StreamQueue {
-  static constexpr std::size_t kMostAlarms = Feed::kRemembered + 1;
+  static constexpr std::size_t kMostAlarms = 1000;  ///< One of each axis of a large installation at once.
   std::string axis;
   std::uint64_t last_id = 0;  ///< Alarms up to this one have been queued.
   std::deque<Text> alarms;

@@ -373,6 +373,18 @@ TEST_F(IntakeTest, OneWrongIndexBeforeAKillIsLeftOut) {
   expect_right();
 }
 
+/// As from a file, which gives the line again.
+TEST_F(IntakeTest, AWrongIndexThatIsGivenAgainAfterAKillDoesNotConfirmItself) {
+  const SourcePosition before{{1, 2, 0, 1}}, far{{1, 2, 0, 2}}, after{{1, 2, 0, 3}};
+  EXPECT_EQ(add(0, 100, time_of(0), before), Outcome::taken);
+  EXPECT_EQ(add(1'000'000'000, 100, time_of(100), far), Outcome::refused);
+  open();
+  EXPECT_EQ(add(1'000'000'000, 100, time_of(100), far), Outcome::refused);
+  EXPECT_EQ(add(200, 100, time_of(200), after), Outcome::taken);
+  EXPECT_EQ(counters().lost, 100U);
+  EXPECT_EQ(intake_->position(), after);
+}
+
 TEST_F(IntakeTest, WhatAClientSendsAgainSinceItWasRefusedIsTakenOnce) {
   add(0, 100);
   EXPECT_EQ(add(7'200'000, 100), Outcome::refused);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A service whose sources and page are given everything that is wrong, while one axis is followed.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
@@ -66,6 +67,12 @@ std::string frame(const FrameSpec& f, std::span<const double> values = {}) {
   arrival.columns = kColumns;
   arrival.values = values.empty() ? std::span<const double>(same) : values;
   return encoded(arrival, ValueType::float64).value();
+}
+
+/// A line of sample, time, ru, u and y; its clock goes by other intervals, or `u` is what is told.
+std::string numbered_line(std::uint64_t sample, double intervals = 1.0, std::string_view u = "1") {
+  const double passed_ns = intervals * static_cast<double>(kInterval_ns) * static_cast<double>(sample);
+  return fmt::format("{},{},1,{},1\n", sample, kStart_ns + std::llround(passed_ns), u);
 }
 
 std::string garbage(std::size_t bytes, std::uint64_t seed) {
@@ -137,9 +144,11 @@ class BadInput : public testing::Test {
     all.sources.push_back({"pipe", "stdin", [=, this](Axes& axes) -> Made {
                              return make_stream_source({lines, pipe_[0]}, axes);
                            }});
+    Format numbered;
+    numbered.columns = {"sample", "time", "ru", "u", "y"};
     all.sources.push_back({"command", "command", [=, this](Axes& axes) -> Made {
                              const std::string path = (folder_.path() / "garbage").string();
-                             return make_command_source({{"tail", "-c", "+1", "-f", path}, lines}, axes);
+                             return make_command_source({{"tail", "-c", "+1", "-f", path}, numbered}, axes);
                            }});
     auto started = Service::start(std::move(all));
     EXPECT_TRUE(started) << message_of(started.error());
@@ -224,7 +233,7 @@ TEST_F(BadInput, OfOneAxisLeavesTheOthersAloneAndIsNamed) {
   const auto status = nlohmann::json::parse(ask(web_, "GET", "/api/v1/status").body);
   EXPECT_NE(status["sources"][0]["text"].get<std::string>().find("format ("), std::string::npos) << status;
 
-  // Wrong rates, clocks that jump, values that are none, frames reversed and doubled.
+  // Wrong rates, clocks that jump, values that are none, frames and lines reversed and doubled.
   const Client other(tcp_->bound_port());
   const auto send_both = [&](const FrameSpec& spec) {
     FrameSpec one = spec;
@@ -244,12 +253,22 @@ TEST_F(BadInput, OfOneAxisLeavesTheOthersAloneAndIsNamed) {
   send_both({"", 150});
   file << "\nnan,inf,1\n1e999,2,3\n" << std::flush;
   pipe("\nnan,-inf,1\n1,2\n1,2,3,4\n");
+  std::ofstream command(folder_.path() / "garbage", std::ios::app | std::ios::binary);
+  command << '\n';
+  for (std::uint64_t k = 0; k < 50; ++k) command << numbered_line(k % 25);
+  command << numbered_line(25, 1.0, "nan");
+  for (std::uint64_t k = 50; k > 30; --k) command << numbered_line(k);
+  // One sample of each second tells the rate, too, in more than a minute of them.
+  for (std::uint64_t k = 250; k <= 20'000; k += 250) command << numbered_line(k, 1.02);
+  command << std::flush;
   expect_rows("wrong samples");
   for (const char* axis : {"tcp", "udp"})
     for (const char* kind : {"rate", "clock", "value", "order"}) expect_fault(axis, kind);
   expect_fault("file", "value");
   expect_fault("pipe", "value");
-  EXPECT_GT(service_->backend().axis("tcp")->status.samples.duplicate, 0U);
+  for (const char* kind : {"value", "order", "rate"}) expect_fault("command", kind);
+  for (const char* axis : {"tcp", "command"})
+    EXPECT_GT(service_->backend().axis(axis)->status.samples.duplicate, 0U) << axis;
 
   // One byte after the other: late, and whole.
   const Client slow(tcp_->bound_port());

@@ -100,6 +100,11 @@ TEST(EvidenceReport, TellsWhatMakesItAgainAndNoFolderOfTheServer) {
   EXPECT_NE(page->find("1.2.3"), std::string::npos);
   EXPECT_EQ(page->find(folder.path().string()), std::string::npos);
   EXPECT_TRUE(std::filesystem::exists(folder.path() / "17.html"));
+  axis.controller = (folder.path() / "loop.toml").string();
+  const auto other = evidence_report(axis, file, "1.2.3");
+  ASSERT_TRUE(other) << other.error();
+  EXPECT_NE(other->find("--controller loop.toml"), std::string::npos);
+  EXPECT_EQ(other->find(folder.path().string()), std::string::npos);
   std::ofstream(file) << "t_s,u,y\n";
   const auto none = evidence_report(axis, file, "1.2.3");
   ASSERT_FALSE(none);

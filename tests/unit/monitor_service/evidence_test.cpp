@@ -76,23 +76,26 @@ TEST(Evidence, OfClosedAlarmsGoesWithItsReportWhenItIsOldEnough) {
 TEST(Evidence, CountsForRetentionWithItsReport) {
   Data data;
   data.put("1.html");
-  ReportSizes counted;
+  EvidenceSizes counted;
   const auto bytes = [&](const std::string& alarm) {
     return data.reader->evidence(alarm).value().front().bytes;
   };
   const auto count = [&] {
     Batch batch;
-    count_reports(data.evidence(), counted, batch);
+    count_evidence(data.evidence(), counted, batch);
     EXPECT_TRUE(data.store->commit(batch));
     return batch.evidence_sizes.size();
   };
-  EXPECT_EQ(count(), 1U);
+  EXPECT_EQ(count(), 2U);  // nothing is known of what a former process counted
   EXPECT_EQ(bytes("1"), 6U);
   EXPECT_EQ(bytes("2"), 3U);
   EXPECT_EQ(count(), 0U);
   data.put("2.html");
   EXPECT_EQ(count(), 1U);
   EXPECT_EQ(bytes("2"), 6U);
+  fs::remove(data.evidence() / "1.html");
+  EXPECT_EQ(count(), 1U);
+  EXPECT_EQ(bytes("1"), 3U);
 }
 
 TEST(Evidence, FilesWithoutEntryAndEntriesWithoutFileGoAtTheStart) {

@@ -176,6 +176,8 @@ TEST(Service, CompletesEvidenceThatItsEndCutShort) {
   }
   const fs::path report = folder.path() / "evidence" / (std::to_string(id) + ".html");
   std::ofstream(report) << "of the first second";
+  if (const auto idle = Service::start(pulses.installation(folder.path(), {"x"}))) (*idle)->stop();
+  EXPECT_TRUE(fs::exists(report));  // nothing came since
   auto service = Service::start(pulses.installation(folder.path(), {"x"}));
   ASSERT_TRUE(service) << message_of(service.error());
   const auto& backend = (*service)->backend();

@@ -107,7 +107,7 @@ export function alarmsOfAxes(alarms) {
     all.get(alarm.axis).push(alarm);
   }
   for (const some of all.values()) {
-    some.sort((a, b) => a.acknowledged - b.acknowledged || b.active - a.active || severityOf(b.severity) - severityOf(a.severity) || (a.raised_time_s ?? 0) - (b.raised_time_s ?? 0));
+    some.sort((a, b) => b.active - a.active || a.acknowledged - b.acknowledged || severityOf(b.severity) - severityOf(a.severity) || (a.raised_time_s ?? 0) - (b.raised_time_s ?? 0));
   }
   return all;
 }
