@@ -20,7 +20,7 @@ using SteadyClock = std::chrono::steady_clock;
 
 constexpr double kPiece_s = 0.05;        // between looks at the clock
 constexpr double kMostBehind_s = 1.0;    // then the clock is set back
-constexpr double kMostPerArrival = 1e4;  // samples
+constexpr double kMostPerArrival = 1e3;  // samples; buffers stay as large as the longest was
 constexpr double kRun_s = 4.0 * 3600.0;
 constexpr std::string_view kColumns[] = {"ru", "u", "y", "position"};
 
