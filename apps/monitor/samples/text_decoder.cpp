@@ -22,7 +22,6 @@ using nlohmann::json;
 
 constexpr std::size_t kTextSlice = 65'536;
 constexpr std::size_t kMostNumbers = 250'000;  // of one object
-constexpr std::uint64_t kIndexTurn = std::uint64_t{1} << 32U;
 constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 
 std::string_view trimmed(std::string_view text) {

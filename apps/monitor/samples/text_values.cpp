@@ -101,7 +101,7 @@ std::optional<std::uint64_t> read_index(std::string_view text) {
 }
 
 std::optional<std::uint64_t> read_wrapped_index(std::string_view text) {
-  constexpr std::int64_t kTurn = std::int64_t{1} << 32U;
+  constexpr auto kTurn = static_cast<std::int64_t>(kIndexTurn);
   std::int64_t index = 0;
   const char* const end = text.data() + text.size();
   const auto read = std::from_chars(text.data(), end, index);

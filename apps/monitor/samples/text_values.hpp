@@ -14,6 +14,8 @@ namespace resonid::monitor {
 /// A sample index: digits alone, or a number that is whole.
 [[nodiscard]] std::optional<std::uint64_t> read_index(std::string_view text);
 
+/// After so many samples an index of 32 bits begins again.
+inline constexpr std::uint64_t kIndexTurn = std::uint64_t{1} << 32U;
 /// An index of 32 bits, which goes from 2^31 - 1 to -2^31 where it has a sign: modulo 2^32.
 [[nodiscard]] std::optional<std::uint64_t> read_wrapped_index(std::string_view text);
 

@@ -12,6 +12,7 @@
 #include <chrono>
 #include <csignal>
 
+#include "monitor/samples/text_values.hpp"
 #include "monitor/sources/thread_source.hpp"
 
 namespace resonid::monitor {
@@ -189,12 +190,11 @@ class CommandSource final : public ThreadSource {
 }  // namespace
 
 std::uint64_t unwrapped(std::uint64_t number, std::uint64_t due) noexcept {
-  constexpr std::uint64_t kTurn = std::uint64_t{1} << 32U;
   constexpr std::uint64_t kLongestGap = std::uint64_t{1} << 26U;  // over the turn: 18 h at 1 kHz
-  const std::uint64_t ahead = (number + kTurn - due % kTurn) % kTurn;
-  const bool turned = number < due % kTurn;
-  const bool forward = ahead < kTurn / 2 && !(turned && ahead > kLongestGap);
-  const std::uint64_t behind = kTurn - ahead;
+  const std::uint64_t ahead = (number + kIndexTurn - due % kIndexTurn) % kIndexTurn;
+  const bool turned = number < due % kIndexTurn;
+  const bool forward = ahead < kIndexTurn / 2 && !(turned && ahead > kLongestGap);
+  const std::uint64_t behind = kIndexTurn - ahead;
   return forward || ahead == 0 || behind > due ? due + ahead : due - behind;
 }
 
