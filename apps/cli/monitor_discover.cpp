@@ -40,11 +40,10 @@ struct Scheme {
   const char* port;  ///< Where none is told; empty: it must be.
   const char* all;   ///< The filter that has all topics; empty: there are none.
 };
-constexpr Scheme kSchemes[] = {{"mqtt", SourceKind::mqtt, false, "1883", "#"},
-                               {"mqtts", SourceKind::mqtt, true, "8883", "#"},
-                               {"nats", SourceKind::nats, false, "4222", ">"},
-                               {"tcp", SourceKind::tcp, false, "", ""},
-                               {"udp", SourceKind::udp, false, "", ""}};
+constexpr Scheme kSchemes[] = {
+    {"mqtt", SourceKind::mqtt, false, "1883", "#"}, {"mqtts", SourceKind::mqtt, true, "8883", "#"},
+    {"nats", SourceKind::nats, false, "4222", ">"}, {"tls", SourceKind::nats, true, "4222", ">"},
+    {"tcp", SourceKind::tcp, false, "", ""},        {"udp", SourceKind::udp, false, "", ""}};
 
 [[noreturn]] void refuse_url(const std::string& url, const std::string& why) {
   throw UsageError(fmt::format("--discover: found '{}', {}", url, why));
@@ -101,7 +100,9 @@ Place place_of(const std::string& url) {
     const auto* const scheme = std::find_if(std::begin(kSchemes), std::end(kSchemes),
                                             [&](const Scheme& s) { return url.substr(0, end) == s.name; });
     if (scheme == std::end(kSchemes))
-      refuse_url(url, "required mqtt://, mqtts://, nats://, tcp:// or udp:// with HOST:PORT, a file, or -");
+      refuse_url(url,
+                 "required mqtt://, mqtts://, nats://, tls:// (NATS), tcp:// or udp:// with HOST:PORT, a "
+                 "file, or -");
     place = broker_of(*scheme, url, std::string_view(url).substr(end + 3));
   }
   return place;
@@ -134,7 +135,7 @@ expected<std::vector<Discovered>, Error> discovered(const Place& place, double s
     }
     case SourceKind::nats: {
       monitor::NatsSettings servers;
-      servers.servers = {"nats://" + c.address};
+      servers.servers = {monitor::nats_url(c.address, c.tls)};
       servers.access = access_of(place.where);
       if (c.user.empty() && !c.password_file.empty()) servers.token_file = c.password_file;
       return monitor::discover_nats(servers, place.filter, seconds, keep);
@@ -197,17 +198,19 @@ bool is_interrupted() {
 
 void add_discover_options(CLI::App& verb, DiscoverOptions& o) {
   verb.option_defaults()->group("Discovery");
-  verb.add_option("--discover", o.url,
-                  "list what is there and propose a configuration: mqtt://, mqtts:// or nats:// with "
-                  "[USER@]HOST[:PORT][/FILTER], tcp:// or udp:// with HOST:PORT to listen at, a file, or - "
-                  "for standard input")
+  verb.add_option(
+          "--discover", o.url,
+          "list what is there and propose a configuration: mqtt://, mqtts://, nats:// or tls:// (NATS) "
+          "with [USER@]HOST[:PORT][/FILTER], tcp:// or udp:// with HOST:PORT to listen at, a file, or "
+          "- for standard input")
       ->type_name("URL");
   add_number(verb, "--seconds", o.seconds, "S", "how long it looks")->capture_default_str();
   verb.add_option("--password-file", o.password_file,
                   "file whose first line is the password; without USER, for NATS, a token or the .creds "
                   "file")
       ->type_name("FILE");
-  verb.add_option("--ca-file", o.ca_file, "certificates that an mqtts broker's is checked against (PEM)")
+  verb.add_option("--ca-file", o.ca_file,
+                  "certificates that the one of mqtts:// or tls:// is checked against (PEM)")
       ->type_name("FILE");
 }
 
@@ -228,8 +231,10 @@ void refuse_without_discovery(const CLI::App& verb, const DiscoverOptions& o) {
 void run_discover(const DiscoverOptions& o) {
   Place place = place_of(o.url);
   const bool broker = place.where.kind == SourceKind::mqtt || place.where.kind == SourceKind::nats;
-  if (!broker && !o.password_file.empty()) throw UsageError("--password-file: is for mqtt:// and nats://");
-  if (!place.where.connection.tls && !o.ca_file.empty()) throw UsageError("--ca-file: is for mqtts://");
+  if (!broker && !o.password_file.empty())
+    throw UsageError("--password-file: is for brokers, mqtt://, mqtts://, nats:// and tls://");
+  if (!place.where.connection.tls && !o.ca_file.empty())
+    throw UsageError("--ca-file: is for mqtts:// and tls://");
   const auto file = [](const std::string& name) {
     return name.empty() ? name : std::filesystem::absolute(name).string();
   };

@@ -184,7 +184,8 @@ TEST_F(Monitor, RefusesOptionsThatContradict) {
   expect_refused("monitor --discover x.csv --check", {"--check"});
   expect_refused("monitor --discover x.csv --seconds 0", {"--seconds", "found 0", "0.1 ... 86400"});
   expect_refused("monitor --discover x.csv --password-file p", {"--password-file", "mqtt://"});
-  expect_refused("monitor --discover mqtt://a --ca-file p", {"--ca-file", "mqtts://"});
+  expect_refused("monitor --discover mqtt://a --ca-file p", {"--ca-file", "mqtts://", "tls://"});
+  expect_refused("monitor --discover nats://a --ca-file p", {"--ca-file", "mqtts://", "tls://"});
   expect_refused("monitor --discover hal:", {"[source.hal]", "kind = \"hal\"", "columns", "sampler.N.pin.0"});
   expect_refused("monitor --discover http://a", {"--discover", "http://a", "mqtt://"});
   expect_refused("monitor --discover tcp://127.0.0.1", {"HOST:PORT"});

@@ -9,6 +9,11 @@
 
 namespace resonid::monitor {
 
+/// By the schemes that the clients of NATS know.
+[[nodiscard]] inline std::string nats_url(const std::string& address, bool tls) {
+  return (tls ? "tls://" : "nats://") + address;
+}
+
 struct NatsSettings {
   std::vector<std::string> servers = {"nats://localhost:4222"};  ///< Of one cluster.
   Access access = {};

@@ -100,7 +100,7 @@ expected<NatsSettings, Error> nats_servers_of(const Configuration& all, const Co
   auto access = access_of(all, c);
   if (!access) return tl::unexpected(std::move(access.error()));
   NatsSettings servers;
-  servers.servers = {(c.tls ? "tls://" : "nats://") + c.address};
+  servers.servers = {nats_url(c.address, c.tls)};
   servers.access = std::move(*access);
   if (c.user.empty() && !c.password_file.empty()) servers.token_file = all.file(c.password_file);
   return servers;

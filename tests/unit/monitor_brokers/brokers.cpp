@@ -223,8 +223,14 @@ void MqttSender::finish() {
   require(until([this] { return acknowledged_ == sent_; }, 60.0), "the broker did not acknowledge all");
 }
 
-NatsSender::NatsSender(const std::string& url) {
-  require(natsConnection_ConnectTo(&connection_, url.c_str()));
+NatsSender::NatsSender(const std::string& url, const std::string& authorities) {
+  natsOptions* options = nullptr;
+  require(natsOptions_Create(&options));
+  require(natsOptions_SetURL(options, url.c_str()));
+  if (!authorities.empty()) require(natsOptions_LoadCATrustedCertificates(options, authorities.c_str()));
+  const natsStatus status = natsConnection_Connect(&connection_, options);
+  natsOptions_Destroy(options);
+  require(status);
   require(natsConnection_JetStream(&js_, connection_, nullptr));
 }
 

@@ -141,7 +141,8 @@ class MqttSender {
 /// Publishes to subjects and streams, by the library itself.
 class NatsSender {
  public:
-  explicit NatsSender(const std::string& url);
+  /// By TLS where `authorities`, a file, are given.
+  explicit NatsSender(const std::string& url, const std::string& authorities = {});
   NatsSender(const NatsSender&) = delete;
   NatsSender& operator=(const NatsSender&) = delete;
   ~NatsSender();

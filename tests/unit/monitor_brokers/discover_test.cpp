@@ -171,6 +171,31 @@ TEST(Discover, ListsWhatNatsAndItsStreamsCarry) {
   EXPECT_EQ(named(*found, "live").axis, "y");
 }
 
+TEST(Discover, LooksByTlsAtWhomItKnows) {
+  RESONID_REQUIRE_PROGRAM("nats-server");
+  RESONID_REQUIRE_PROGRAM("openssl");
+  const TemporaryFolder folder;
+  for (const char* name : {"right", "wrong"}) make_certificate(folder, name);
+  const NatsServer server("tls { cert_file: \"" + (folder / "right.pem").string() + "\", key_file: \"" +
+                          (folder / "right.key").string() + "\" }");
+  const std::string url = nats_url(server.url().substr(server.url().find("://") + 3), true);
+  NatsSender sender(url, folder / "right.pem");
+  const auto look = [&](const std::string& name) {
+    NatsSettings settings{{url}, {}, {}};
+    settings.access.tls = Tls{folder / (name + ".pem"), {}, {}};
+    int calls = 0;
+    return discover_nats(settings, ">", 10.0, [&] {
+      sender.send("live", frame_of("y", 0));
+      sender.flush();
+      return ++calls < 20;
+    });
+  };
+  const auto found = look("right");
+  ASSERT_TRUE(found.has_value());
+  EXPECT_EQ(named(*found, "live").axis, "y");
+  RESONID_EXPECT_MESSAGE(look("wrong"), "tls://");
+}
+
 TEST(Discover, SaysWhyThereIsNothing) {
   MqttSettings settings;
   settings.host = "127.0.0.1";
