@@ -230,7 +230,8 @@ TEST_F(Monitor, DiscoversWhatComesByAPipe) {
   expect_refused("monitor --discover words.txt", {"words.txt", "holds no samples"});
   expect_refused("monitor --discover none.csv", {"none.csv", "none of that name"});
   expect_refused("monitor --discover mqtt://127.0.0.1:1", {"127.0.0.1:1", "refused"});
-  expect_refused("monitor --discover nats://127.0.0.1:1", {"nats"});
+  expect_refused("monitor --discover nats://127.0.0.1:1",
+                 {"nats://127.0.0.1:1: nats: No server available for connection\n"});
   expect_refused("monitor --discover udp://127.0.0.1:0 --seconds 0.1", {"127.0.0.1:0"});
 }
 

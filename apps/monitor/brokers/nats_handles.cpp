@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 
+#include <cmath>
 #include <fstream>
 #include <iterator>
 
@@ -44,16 +45,20 @@ natsStatus set_access(natsOptions* options, const NatsSettings& settings) {
 
 std::string nats_text(natsStatus status) {
   natsStatus last = NATS_OK;
-  const char* details = nats_GetLastError(&last);
-  if (details != nullptr && last == status && *details != '\0')
-    return fmt::format("{}: {}", natsStatus_GetText(status), details);
-  return natsStatus_GetText(status);
+  const char* newest = nats_GetLastError(&last);
+  const std::string_view text = natsStatus_GetText(status);
+  std::string_view details = newest != nullptr && last == status ? newest : "";
+  if (const auto place = details.find("): ");  // "(conn.c:733): " says nothing to users
+      details.starts_with('(') && place != details.npos)
+    details.remove_prefix(place + 3);
+  if (details.empty() || details == text) return std::string(text);
+  return fmt::format("{}: {}", text, details);
 }
 
 expected<std::unique_ptr<NatsConnection>, Error> NatsConnection::open(const NatsSettings& settings) {
   const auto failed = [&](natsStatus status) {
-    return unexpected<Error>(Error{
-        "nats", nats_text(status), {}, settings.servers.empty() ? "no server" : settings.servers.front()});
+    return unexpected<Error>(Error{"nats", nats_text(status), std::nan(""),
+                                   settings.servers.empty() ? "no server" : settings.servers.front()});
   };
   std::vector<const char*> servers;
   for (const auto& server : settings.servers) servers.push_back(server.c_str());

@@ -69,7 +69,7 @@ class WebhookPublisher final : public Publisher {
                : httplib::Client(origin);
   }
   [[nodiscard]] unexpected<Error> failed(std::string why) const {
-    return unexpected<Error>(Error{"publisher", std::move(why), {}, settings_.url});
+    return unexpected<Error>(Error{"publisher", std::move(why), std::nan(""), settings_.url});
   }
 
   WebhookSettings settings_;

@@ -274,7 +274,8 @@ TEST(Publisher, WebhookSucceedsWhenTheReceiverSaysSo) {
   const auto publisher = std::move(make_webhook_publisher(settings).value());
   ASSERT_TRUE(publisher->publish(kKey, "alarms/x", kBody).has_value());
   receiver.answer_ = 503;
-  EXPECT_NE(why_not(publisher->publish(kKey, "alarms/x", kBody)).find("answer 503"), std::string::npos);
+  EXPECT_NE(why_not(publisher->publish(kKey, "alarms/x", kBody)).find("publisher: answer 503"),
+            std::string::npos);
   receiver.answer_ = 201;
   ASSERT_TRUE(publisher->publish(kKey, "alarms/x", kBody).has_value());
   receiver.slow_ = true;
