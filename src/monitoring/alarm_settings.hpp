@@ -29,6 +29,7 @@ struct AlarmSettings {
   double realarm_s = 0.0;
   bool latch = false;
   double longest_shelving_s = 604800.0;
+  bool operator==(const AlarmSettings&) const = default;
 };
 template <class Visitor>
 void describe(Visitor&& v, AlarmSettings& c) {
@@ -51,6 +52,7 @@ struct FigureAlarmSettings {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
   double deadband = 0.0;
+  bool operator==(const FigureAlarmSettings&) const = default;
 };
 template <class Visitor>
 void describe(Visitor&& v, FigureAlarmSettings& c) {

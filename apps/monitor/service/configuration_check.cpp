@@ -419,7 +419,7 @@ class Checker {
   }
 
   /// Refuses what `alarms` says other than `usual` and none of `axes` can obey: limits of a figure that it
-  /// does not have, a deadband without limits.
+  /// does not have, a deadband without limits. Warns of what else it says of such a figure.
   void without_effect(const std::string& path, const monitoring::AxisAlarmSettings& alarms,
                       const monitoring::AxisAlarmSettings& usual,
                       const std::vector<const AxisConfig*>& axes) {
@@ -433,10 +433,12 @@ class Checker {
       const auto &own = alarms[figure], &other = usual[figure];
       const auto needed = needed_for(figure);
       if (needed && !any([&](const AxisConfig* a) { return needed->has(*a); })) {
-        const std::string needs =
-            fmt::format("needs an axis with {}: without one this limit is never judged", needed->name);
-        if (std::isfinite(own.low) && own.low != other.low) error(name + ".low", needs);
-        if (std::isfinite(own.high) && own.high != other.high) error(name + ".high", needs);
+        const std::string needs = fmt::format("needs an axis with {}: without one this ", needed->name);
+        const bool low = std::isfinite(own.low) && own.low != other.low;
+        const bool high = std::isfinite(own.high) && own.high != other.high;
+        if (low) error(name + ".low", needs + "limit is never judged");
+        if (high) error(name + ".high", needs + "limit is never judged");
+        if (!low && !high && own.alarm.enabled && !(own == other)) warn(name, needs + "alarm never comes");
       }
       const bool limited = any([&, f = figure](const AxisConfig* a) { return is_limited(a->alarms[f]); });
       if (own.deadband > 0.0 && own.deadband != other.deadband && !limited)

@@ -144,6 +144,22 @@ TEST(Check, RefusesLimitsThatAreNeverJudged) {
     EXPECT_EQ(errors_of(folder, more), Texts{}) << more;
 }
 
+TEST(Check, WarnsOfAlarmsThatNeverCome) {
+  const TemporaryFolder folder;
+  const auto warned = [&](const std::string& more) { return warnings_of(folder, more); };
+  for (const std::string key : {"on_delay_s = 5", "least_change = 0.1", "severity = 'high'"})
+    EXPECT_TRUE(is_only(
+        warned("alarms.gap." + key),
+        "m.toml:10:", "axis.x.alarms.gap: needs an axis with a baseline: without one this alarm never comes"))
+        << key;
+  EXPECT_TRUE(is_only(warned("[alarms]\nphase_margin.latch = true"),
+                      "m.toml:11:", "alarms.phase_margin: needs an axis with a controller"));
+  for (const std::string fine :
+       {"alarms.gap.enabled = false", "alarms.gap.on_delay_s = 0", "alarms.stiffness.latch = true",
+        "controller = 'pi:1,0.1'\nalarms.phase_margin.latch = true"})
+    EXPECT_EQ(warned(fine), Texts{}) << fine;
+}
+
 /// What holds for every axis is no fault of the one that cannot obey it.
 TEST(Check, TakesAlarmsOfAllAxesThatOneCanObey) {
   const TemporaryFolder folder;
