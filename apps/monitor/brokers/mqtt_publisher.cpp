@@ -39,9 +39,11 @@ class MqttPublisher final : public Publisher {
       const std::lock_guard lock(mutex_);
       acknowledged_.clear();
     }
-    if (!client_.connected()) {
-      const std::lock_guard lock(mutex_);
-      return not_published(why_.empty() ? "no connection yet" : why_);
+    if (!client_.connected()) {  // the first message comes before the broker has answered
+      std::unique_lock lock(mutex_);
+      changed_.wait_for(lock, kPatience,
+                        [&] { return client_.connected() || !why_.empty() || interrupted_; });
+      if (!client_.connected()) return not_published(why_.empty() ? "no connection yet" : why_);
     }
     const auto message = client_.publish(name, *text, std::string(key), qos_);
     if (!message) return not_published(message.error().requirement.str());
@@ -65,6 +67,10 @@ class MqttPublisher final : public Publisher {
  private:
   MqttClient::Handlers handlers() {
     MqttClient::Handlers handlers;
+    handlers.connected = [this](bool) {
+      const std::lock_guard lock(mutex_);
+      changed_.notify_all();
+    };
     handlers.waiting = [this](const std::string& why) {
       const std::lock_guard lock(mutex_);
       why_ = why;
