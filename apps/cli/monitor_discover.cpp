@@ -156,6 +156,11 @@ expected<std::vector<Discovered>, Error> discovered(const Place& place, double s
 
 using Cells = std::array<std::string, 6>;
 
+std::string rate_text(const Discovered& d) {
+  if (d.rate_hz() > 0.0) return fmt::format("{:.5g} Hz", d.rate_hz());
+  return d.measured_rate_hz > 0.0 ? fmt::format("{:.5g} Hz by arrival", d.measured_rate_hz) : "";
+}
+
 Cells cells_of(const Discovered& d) {
   std::string columns;
   for (const auto& column : d.columns) columns += (columns.empty() ? "" : ", ") + column;
@@ -164,7 +169,7 @@ Cells cells_of(const Discovered& d) {
           monitor::printable(d.axis),
           d.format ? std::string(name_of(*d.format)) : fmt::format("none of {} messages", d.messages),
           monitor::printable(columns),
-          d.rate_hz() > 0.0 ? fmt::format("{:.5g} Hz", d.rate_hz()) : "",
+          rate_text(d),
           d.format ? fmt::format("{}", d.sample_count) : ""};
 }
 

@@ -30,10 +30,8 @@ struct Discovered {
   bool numbered = false;          ///< Samples have an index.
   bool timed = false;             ///< They have a time.
 
-  /// The most reliable of the rates; 0: none is known.
-  [[nodiscard]] double rate_hz() const noexcept {
-    return told_rate_hz > 0.0 ? told_rate_hz : timed_rate_hz > 0.0 ? timed_rate_hz : measured_rate_hz;
-  }
+  /// As the sender tells it, else by its times; 0: neither. A column of times is better than the arrival.
+  [[nodiscard]] double rate_hz() const noexcept { return told_rate_hz > 0.0 ? told_rate_hz : timed_rate_hz; }
 };
 
 /// Finds out what unknown messages carry. Remembers 10 000 axes, and of their first samples 4 million values.

@@ -130,13 +130,18 @@ class Proposer {
     constexpr double kLeastRate_hz = 1e-3, kMostRate_hz = 1e6;  // as of an axis
     double measured = facts_.sample_rate_hz;
     if (!(measured > 0.0)) measured = rate_of_times();
+    const bool by_arrival = !(measured > 0.0) && facts_.arrival_rate_hz > 0.0;
+    if (by_arrival) measured = facts_.arrival_rate_hz;
     if (!(measured >= kLeastRate_hz && measured <= kMostRate_hz))
       return note(
           "the sample rate is not known: sample_rate_hz is left to you; a 'time' or 'timestamp' tells it as "
           "UNIX "
           "time or ISO 8601, and is passed over, no column, where it counts from the start");
     p_.axis.sample_rate_hz = rounded_rate(measured);
-    if (p_.axis.sample_rate_hz != measured) note(fmt::format("measured sample rate: {:.6g} Hz", measured));
+    if (by_arrival)
+      note(fmt::format("sample rate measured by arrival: {:.6g} Hz; check it", measured));
+    else if (p_.axis.sample_rate_hz != measured)
+      note(fmt::format("measured sample rate: {:.6g} Hz", measured));
   }
 
   /// By a column of times, whichever columns the signals are; 0: none.

@@ -15,9 +15,10 @@ struct StreamFacts {
   std::string source;                        ///< Its name in the configuration.
   std::string axis;                          ///< As the source names it; empty: it names none.
   std::vector<std::string> columns;          ///< Names.
-  double sample_rate_hz = 0.0;               ///< Told or measured; 0: not known.
+  double sample_rate_hz = 0.0;               ///< Told, or by the sender's times; 0: not known.
   std::vector<std::vector<double>> samples;  ///< [column][sample] The first ones; not a number: missing.
   bool timed = false;                        ///< They come with a time, which is no column.
+  double arrival_rate_hz = 0.0;              ///< Samples per second of their arrival; 0: not known.
 };
 
 /// An axis as it may be configured.
@@ -33,8 +34,8 @@ struct Proposal {
 };
 
 /// Which column is which signal, as `resonid inspect` tells from names and units, the rate (of a column of
-/// times where the stream tells none), and the output's sign. A hundred samples or more are needed for the
-/// sign. Names are made different.
+/// times where the stream tells none, else of arrival), and the output's sign. A hundred samples or more are
+/// needed for the sign. Names are made different.
 [[nodiscard]] std::vector<Proposal> propose(std::span<const StreamFacts> streams);
 
 /// A configuration of these sources and axes as TOML, notes as comments; so are axes that are not complete.

@@ -103,7 +103,7 @@ class SourceProposer {
   }
 
   void add_axis(const Discovered& d, const std::string& source, const std::string& axis) {
-    all_.streams.push_back({source, axis, d.columns, d.rate_hz(), d.samples, d.timed});
+    all_.streams.push_back({source, axis, d.columns, d.rate_hz(), d.samples, d.timed, d.measured_rate_hz});
   }
 
   std::span<const Discovered> found_;

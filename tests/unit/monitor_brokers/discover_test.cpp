@@ -79,6 +79,14 @@ TEST(Scout, MeasuresTheRateByTheTimesOfTheSender) {
   EXPECT_NEAR(scout.found().front().rate_hz(), 8.0, 1e-3);
 }
 
+/// What comes without either has a rate of arrival, which counts for less than a column of times.
+TEST(Scout, KeepsTheRateOfArrivalApart) {
+  Scout scout;
+  for (int k = 0; k < 5; ++k) scout.add("numbers", "", "1.0,2.0,3.0\n4,5,6\n", 0.25 * k);
+  EXPECT_EQ(scout.found().front().rate_hz(), 0.0);
+  EXPECT_NEAR(scout.found().front().measured_rate_hz, 8.0, 1e-9);
+}
+
 /// A client whose frames are not acknowledged sends them again and again.
 TEST(Scout, TakesNumberedSamplesOnce) {
   Scout scout;

@@ -70,6 +70,20 @@ TEST(Discover, TakesTheRateOfAColumnOfTimes) {
   const auto proposals = propose(std::vector{facts});
   EXPECT_TRUE(proposals.front().complete());
   EXPECT_EQ(proposals.front().axis.sample_rate_hz, 500.0);
+  facts.arrival_rate_hz = 250.0;  // however fast they come
+  const std::string text = text_of(propose(std::vector{facts}));
+  EXPECT_NE(text.find("sample_rate_hz = 500\n"), std::string::npos) << text;
+  EXPECT_EQ(text.find("by arrival"), std::string::npos) << text;
+}
+
+TEST(Discover, TakesTheRateOfArrivalLastAndSaysSo) {
+  auto facts = simulated(1.0);
+  facts.arrival_rate_hz = 250.1;
+  EXPECT_NE(text_of(propose(std::vector{facts})).find("sample_rate_hz = 500\n"), std::string::npos);
+  facts.sample_rate_hz = 0.0;
+  const std::string text = text_of(propose(std::vector{facts}));
+  EXPECT_NE(text.find("sample_rate_hz = 250\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("# sample rate measured by arrival: 250.1 Hz; check it\n"), std::string::npos) << text;
 }
 
 /// A time of the samples is no column: what becomes of it stands in the proposal.
