@@ -46,6 +46,9 @@ void Watch::look(std::uint64_t second) {
 
 void Watch::look(WatchedSource& one) {
   const auto now = one.source->status();
+  for (; one.unknown_told < now.first_unknown.size(); ++one.unknown_told)
+    say(LogLevel::warning, "source {}: {}{}", one.name, now.first_unknown[one.unknown_told],
+        one.unknown_told + 1 == kMostFirstUnknown ? "; further ones are only counted" : "");
   const bool why = now.state == SourceState::waiting || now.state == SourceState::failed;
   if (now.state == one.state && (!why || now.text == one.text)) return;
   one.state = now.state;

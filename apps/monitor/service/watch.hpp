@@ -14,8 +14,8 @@
 
 namespace resonid::monitor {
 
-/// Says in the log what becomes of sources, and, at most once a minute for each axis, what its samples lack.
-/// Looks once a second, on a thread of its own.
+/// Says in the log what becomes of sources, which axes they bring that nobody configured, and, at most once a
+/// minute for each axis, what its samples lack. Looks once a second, on a thread of its own.
 class Watch {
  public:
   Watch() = default;
@@ -24,7 +24,9 @@ class Watch {
   Watch& operator=(const Watch&) = delete;
 
   /// Before start(). Both outlive this or stop().
-  void add(std::string name, const Source& source) { sources_.push_back({std::move(name), &source, {}, {}}); }
+  void add(std::string name, const Source& source) {
+    sources_.push_back({std::move(name), &source, {}, {}, 0});
+  }
   void add(std::string name, const Intake& intake) { axes_.push_back({std::move(name), &intake, {}, 0}); }
   void start();
   void stop();
@@ -41,6 +43,7 @@ class Watch {
     const Source* source;
     SourceState state;
     std::string text;
+    std::size_t unknown_told;  // of those that are told one by one
   };
   struct WatchedAxis {
     std::string name;

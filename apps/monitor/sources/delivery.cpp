@@ -3,6 +3,8 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
+
 namespace resonid::monitor {
 
 Intake* Delivery::find(std::string_view axis) const {
@@ -32,19 +34,25 @@ void Delivery::drop(const Arrival& arrival) {
 }
 
 Delivery::Wait::Wait(Delivery& delivery, std::string_view name) : delivery_(delivery) {
-  const std::lock_guard lock(delivery.waits_mutex_);
+  const std::lock_guard lock(delivery.mutex_);
   ++delivery.waits_;
   delivery.waits_for_ = name.empty() ? std::string("for room in the ring")
                                      : fmt::format("for room in the ring of '{}'", printable(name));
 }
 
 Delivery::Wait::~Wait() {
-  const std::lock_guard lock(delivery_.waits_mutex_);
+  const std::lock_guard lock(delivery_.mutex_);
   --delivery_.waits_;
 }
 
 void Delivery::count_unknown(std::string what) {
   unknown_.fetch_add(1, std::memory_order_relaxed);
+  {
+    const std::lock_guard lock(mutex_);
+    if (first_unknown_.size() < kMostFirstUnknown &&
+        std::find(first_unknown_.begin(), first_unknown_.end(), what) == first_unknown_.end())
+      first_unknown_.push_back(what);
+  }
   faults_.note(Fault::axis, std::move(what));
 }
 
@@ -57,11 +65,12 @@ SourceStatus Delivery::status() const {
   SourceStatus status;
   status.state = SourceState::running;
   {
-    const std::lock_guard lock(waits_mutex_);
+    const std::lock_guard lock(mutex_);
     if (waits_ > 0) {
       status.state = SourceState::waiting;
       status.text = waits_for_;
     }
+    status.first_unknown = first_unknown_;
   }
   status.messages = messages_.load(std::memory_order_relaxed);
   status.bytes = bytes_.load(std::memory_order_relaxed);

@@ -7,6 +7,7 @@
 #include <mutex>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "monitor/sources/source.hpp"
 
@@ -58,9 +59,10 @@ class Delivery {
   mutable FaultLog faults_;
   std::atomic<bool> stopping_{false};
   std::atomic<std::uint64_t> messages_{0}, bytes_{0}, lost_{0}, unknown_{0};
-  mutable std::mutex waits_mutex_;
-  std::size_t waits_ = 0;  ///< How many wait for room in a ring.
-  std::string waits_for_;  ///< The newest of these.
+  mutable std::mutex mutex_;  ///< For what follows.
+  std::size_t waits_ = 0;     ///< How many wait for room in a ring.
+  std::string waits_for_;     ///< The newest of these.
+  std::vector<std::string> first_unknown_;
 };
 
 }  // namespace resonid::monitor

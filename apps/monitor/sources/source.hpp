@@ -2,11 +2,13 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <resonid/base/enum_names.hpp>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "monitor/samples/intake.hpp"
 
@@ -28,12 +30,16 @@ inline constexpr EnumName<SourceState> kSourceStateNames[] = {{SourceState::star
   return kSourceStateNames;
 }
 
+/// So many axes that nobody configured are told one by one: a sender may make up names for ever.
+inline constexpr std::size_t kMostFirstUnknown = 10;
+
 /// What is known of a source since it was started.
 struct SourceStatus {
   SourceState state = SourceState::starting;
   std::uint64_t messages = 0, bytes = 0;
-  std::uint64_t lost = 0;     ///< Messages that the source knows to have been lost.
-  std::uint64_t unknown = 0;  ///< Messages of axes that nobody configured.
+  std::uint64_t lost = 0;                  ///< Messages that the source knows to have been lost.
+  std::uint64_t unknown = 0;               ///< Messages of axes that nobody configured.
+  std::vector<std::string> first_unknown;  ///< What they were, each once; kMostFirstUnknown at most.
   /// [kind] What was wrong and belongs to no axis; of one that has an axis alone they are that one's.
   std::array<std::uint64_t, kFaults> faults{};
   std::string text;  ///< Why it waits or failed; the newest fault.

@@ -173,7 +173,10 @@ TEST(Feed, TopicsThatNoAxisHasTakeNobodysPlace) {
   for (int k = 0; k < 3000; ++k) EXPECT_TRUE(feed.take(0, fmt::format("machines/{}", k), "ru,u,y\n0,0,0\n"));
   EXPECT_TRUE(feed.take(0, "machines/x", "0,0,0\n1,7,13\n"));  // its names of columns are known
   EXPECT_EQ(rings.ring("x").end(), 2U);
-  EXPECT_EQ(delivery.status().unknown, 3000U);
+  const auto status = delivery.status();
+  EXPECT_EQ(status.unknown, 3000U);
+  ASSERT_EQ(status.first_unknown.size(), kMostFirstUnknown);
+  EXPECT_EQ(status.first_unknown.front(), "'machines/0' tells of axis '0', which is not configured");
 }
 
 #ifdef __GLIBC__

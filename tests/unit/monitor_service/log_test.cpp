@@ -73,6 +73,30 @@ TEST(Log, TellsWhatBecomesOfSourcesOnceEach) {
   EXPECT_NE(look(SourceState::failed, "gone").find("error source line is failed: gone\n"), std::string::npos);
 }
 
+/// A topic that is misspelt.
+TEST(Log, TellsEachAxisThatNobodyConfiguredOnce) {
+  const Level level(LogLevel::warning);
+  FakeSource source;
+  Watch watch;
+  watch.add("line", source);
+  const auto look = [&] {
+    testing::internal::CaptureStderr();
+    watch.look(0);
+    return testing::internal::GetCapturedStderr();
+  };
+  source.now.state = SourceState::running;
+  EXPECT_EQ(look(), "");
+  source.now.first_unknown = {"samples of 'gantri'; a configured axis is required"};
+  EXPECT_NE(look().find("warning source line: samples of 'gantri'; a configured axis is required\n"),
+            std::string::npos);
+  EXPECT_EQ(look(), "");
+  source.now.first_unknown.resize(kMostFirstUnknown, "another one");
+  const std::string said = look();
+  EXPECT_EQ(said.find("gantri"), std::string::npos);
+  EXPECT_NE(said.find("another one; further ones are only counted\n"), std::string::npos);
+  EXPECT_EQ(look(), "");
+}
+
 TEST(Log, TellsWhatSamplesLackAtMostOnceAMinute) {
   const Level level(LogLevel::info);
   const Folder folder;

@@ -79,6 +79,8 @@ TEST(StreamSource, NamesGarbageAndUnknownAxesAndGoesOn) {
   axes.expect_exactly("x", 2);
   const SourceStatus status = source->status();
   EXPECT_EQ(status.unknown, 1U);
+  EXPECT_EQ(status.first_unknown,
+            std::vector<std::string>{"samples of 'nobody'; a configured axis is required"});
   EXPECT_NE(status.text.find("samples of 'nobody'"), std::string::npos) << status.text;
   EXPECT_NE(status.text.find("5 cells, 3 are required"), std::string::npos) << status.text;
 }
