@@ -106,7 +106,7 @@ void run_replay(monitor::Replay replay, const MonitorVerbOptions& o) {
                                                    RESONID_VERSION);
   listen_at(installation, !o.listen.empty() ? o.listen : ends ? "127.0.0.1:0" : kUsualAddress);
   if (rows) installation.engine.on_row = [&rows](std::size_t, const auto& axis) { rows->add(axis); };
-  const auto service = started(std::move(installation), quiet);
+  const auto service = started(std::move(installation), quiet, all_by_options());
   const int signal = wait_for_signal(signals, kLook_s, *service, [&] { return ends && service->finished(); });
   service->stop();
   if (!ends) return;
@@ -117,7 +117,7 @@ void run_replay(monitor::Replay replay, const MonitorVerbOptions& o) {
                     "longer one is required",
                     service->backend().axes(0).axes.front().why));
   rows->finish();
-  if (!quiet) print_summary(replay_text(service->backend(), path, rows->rows()));
+  if (!quiet) print_summary(replay_text(service->backend(), path, *rows));
 }
 
 /// Where people read: standard output has one line.

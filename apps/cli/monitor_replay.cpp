@@ -86,12 +86,16 @@ monitor::Replay read_replay(CLI::App& verb, ReplayOptions& o, const monitor::Con
     return std::move(*replay);
   }
   auto record = read_followed(verb, f);
+  if (const auto fault = monitor::motion_fault(record)) throw InputError(in_options(*fault));
   const bool every = verb.get_option("--every")->count() > 0;
   return monitor::replay_of(std::move(record), f.track, f.method.controller, every ? f.track.every : 0);
 }
 
 ReplayRows::ReplayRows(const std::string& path, const monitor::Replay& replay)
-    : writer_(path), start_time_s_(replay.record->start_time_s), head_(data::part_of(*replay.record, 0, 1)) {
+    : writer_(path),
+      start_time_s_(replay.record->start_time_s),
+      end_time_s_(start_time_s_ + replay.record->duration_s()),
+      head_(data::part_of(*replay.record, 0, 1)) {
   options_.kept_rows = 2;  // they are in the file
   options_.on_columns = [this](std::span<const std::string> names) {
     if (columns_.empty()) {
@@ -120,10 +124,30 @@ void ReplayRows::add(const monitoring::AxisMonitor& axis) noexcept {
     if (!format_ || axis.learned_from() != learned_from_) begin(axis);
     auto place = axis.follower()->place();
     place.time_s += start_time_s_;
+    if (!watched_from_s_) note_watch(axis, place.time_s);
     format_->add(axis.follower()->axis(), place);
   } catch (...) {  // in the service's thread
     fault_ = std::current_exception();
   }
+}
+
+void ReplayRows::note_watch(const monitoring::AxisMonitor& axis, double time_s) {
+  if (!first_row_s_) {
+    first_row_s_ = time_s;
+    baseline_s_ = axis.baseline_s();
+  }
+  for (std::size_t i = 0; i < monitoring::kWatched; ++i)
+    if (axis.watches(static_cast<monitoring::Watched>(i))) watched_from_s_ = time_s;
+}
+
+std::string ReplayRows::told_from() const {
+  if (watched_from_s_)
+    return fmt::format("changes are told from {:.1f} s on: what comes before is the baseline",
+                       *watched_from_s_);
+  return fmt::format(
+      "no change could be told: the baseline takes {:.1f} s of trusted rows, from {:.1f} s on, and the "
+      "recording ends at {:.1f} s",
+      baseline_s_, first_row_s_.value_or(start_time_s_), end_time_s_);
 }
 
 void ReplayRows::finish() {
@@ -132,13 +156,14 @@ void ReplayRows::finish() {
 }
 
 std::string replay_text(const monitor::web::Backend& backend, const std::string& rows_path,
-                        std::size_t rows) {
+                        const ReplayRows& rows) {
   constexpr std::uint32_t kMostAlarms = 1000;
   auto alarms = backend.alarms({monitor::web::AlarmFilter::all, "", kMostAlarms}).value();
   std::stable_sort(alarms.begin(), alarms.end(),
                    [](const auto& a, const auto& b) { return a.raised_time_s < b.raised_time_s; });
-  std::string text = fmt::format("{} rows written to {}\n", rows, rows_path);
+  std::string text = fmt::format("{} rows written to {}\n", rows.rows(), rows_path);
   for (const auto& alarm : alarms) text += fmt::format("{}: {}\n", name_of(alarm.severity), alarm.text);
+  text += fmt::format("{} alarm{}; {}\n", alarms.size(), alarms.size() == 1 ? "" : "s", rows.told_from());
   return text;
 }
 

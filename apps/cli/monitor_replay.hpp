@@ -43,12 +43,17 @@ class ReplayRows {
   /// Once nobody adds any more.
   void finish();
   [[nodiscard]] std::size_t rows() const noexcept { return track_.rows; }
+  /// From when on changes could be told, as a sentence without a full stop.
+  [[nodiscard]] std::string told_from() const;
 
  private:
   void begin(const monitoring::AxisMonitor& axis);
+  void note_watch(const monitoring::AxisMonitor& axis, double time_s);
 
   RowWriter writer_;
-  double start_time_s_;
+  double start_time_s_, end_time_s_;
+  std::optional<double> first_row_s_, watched_from_s_;  // of the recording
+  double baseline_s_ = 0.0;
   data::Record head_;  // no samples but of the channels that there are
   identification::TrackOptions options_;
   identification::Track track_;
@@ -58,8 +63,8 @@ class ReplayRows {
   std::exception_ptr fault_;
 };
 
-/// What a replay came to, as text: rows, and alarms in their order.
+/// What a replay came to, as text: rows, alarms in their order, how many, and since when changes are told.
 [[nodiscard]] std::string replay_text(const monitor::web::Backend& backend, const std::string& rows_path,
-                                      std::size_t rows);
+                                      const ReplayRows& rows);
 
 }  // namespace resonid::cli

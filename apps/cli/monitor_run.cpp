@@ -103,6 +103,14 @@ void open_in_browser(const std::string& url) {
   posix_spawn_file_actions_destroy(&silent);
 }
 
+/// Which keys are told by options.
+monitor::ToldElsewhere by_options(const ConfiguredRun& run) {
+  monitor::ToldElsewhere options;
+  if (!run.data.empty()) options["monitor.data"] = "--data";
+  if (!run.listen.empty()) options["monitor.listen"] = "--listen";
+  return options;
+}
+
 /// A service that can take over another configuration.
 class Reloadable {
  public:
@@ -110,7 +118,7 @@ class Reloadable {
       : run_(std::move(run)),
         configuration_(std::move(configuration)),
         keys_(monitor::configuration_keys(configuration_)),
-        service_(started(installed(configuration_), output_settings().quiet)) {}
+        service_(started(installed(configuration_), output_settings().quiet, by_options(run_))) {}
 
   /// The file again. What is wrong with it is told, and the service goes on as it was.
   void reload() {
@@ -140,7 +148,7 @@ class Reloadable {
     auto installation = installed(next);
     service_.reset();  // all that was taken is kept, and port and files are free
     try {
-      service_ = started(std::move(installation), true);
+      service_ = started(std::move(installation), true, by_options(run_));
     } catch (const InputError& error) {
       say_lines(LogLevel::error, error.what());
       go_back();
@@ -153,7 +161,7 @@ class Reloadable {
 
   void go_back() {
     try {
-      service_ = started(installed(configuration_), true);
+      service_ = started(installed(configuration_), true, by_options(run_));
     } catch (const InputError& error) {
       throw std::runtime_error(fmt::format("the former configuration cannot run either: {}", error.what()));
     }
@@ -193,17 +201,27 @@ int wait_for_signal(const sigset_t& signals, double every_s, const monitor::Serv
   return 0;
 }
 
-std::unique_ptr<monitor::Service> started(monitor::Installation installation, bool quiet) {
+std::unique_ptr<monitor::Service> started(monitor::Installation installation, bool quiet,
+                                          const monitor::ToldElsewhere& options) {
   bound_heap();
   auto service = monitor::Service::start(std::move(installation));
-  if (!service) throw InputError(message_of(service.error()));
+  if (!service) {
+    Error& error = service.error();
+    const auto option = options.find("monitor." + error.field.str());
+    if (error.where.empty() && option != options.end()) error.field = option->second;
+    throw InputError(message_of(error));
+  }
   if (!quiet) print(fmt::format("Monitoring: {} (Ctrl-C ends)\n", (*service)->url()));
   return std::move(*service);
 }
 
+monitor::ToldElsewhere all_by_options() {
+  return {{"monitor.data", "--data"}, {"monitor.listen", "--listen"}};
+}
+
 void run_service(monitor::Installation installation, std::string_view place) {
   const sigset_t signals = block_signals();
-  const auto service = started(std::move(installation), output_settings().quiet);
+  const auto service = started(std::move(installation), output_settings().quiet, all_by_options());
   open_in_browser(fmt::format("{}{}", service->url(), place));
   monitor::notify("READY=1");
   static_cast<void>(wait_for_signal(signals, watchdog_pace_s(), *service));
@@ -215,16 +233,9 @@ void tell_log(LogLevel level, const std::string& text) { say(level, "{}", text);
 
 monitor::ConfigurationFile configuration_of(const ConfiguredRun& run, const Tell& tell) {
   auto file = monitor::read_configuration(run.path, [&](monitor::Configuration& c) {
-    monitor::ToldElsewhere options;
-    const auto take = [&](std::string& value, const std::string& given, const char* key, const char* option) {
-      if (given.empty()) return;
-      value = given;
-      options[key] = option;
-    };
-    const auto data = run.data.empty() ? run.data : std::filesystem::absolute(run.data).string();
-    take(c.monitor.data, data, "monitor.data", "--data");
-    take(c.monitor.listen, run.listen, "monitor.listen", "--listen");
-    return options;
+    if (!run.data.empty()) c.monitor.data = std::filesystem::absolute(run.data).string();
+    if (!run.listen.empty()) c.monitor.listen = run.listen;
+    return by_options(run);
   });
   for (const auto& w : file.findings.warnings) tell(LogLevel::warning, message_of(w));
   if (!file.usable()) {

@@ -22,8 +22,13 @@ namespace resonid::cli {
     const sigset_t& signals, double every_s, const monitor::Service& service,
     const std::function<bool()>& ended = [] { return false; });
 
-/// A service that runs; its address is told.
-[[nodiscard]] std::unique_ptr<monitor::Service> started(monitor::Installation installation, bool quiet);
+/// A service that runs; its address is told. Where it cannot, what is wrong is told of the option by which a
+/// key was told.
+[[nodiscard]] std::unique_ptr<monitor::Service> started(monitor::Installation installation, bool quiet,
+                                                        const monitor::ToldElsewhere& options);
+
+/// The options of what runs without a configuration.
+[[nodiscard]] monitor::ToldElsewhere all_by_options();
 
 /// Until one of the signals ends it. On a desktop a browser opens at a place of the page.
 void run_service(monitor::Installation installation, std::string_view place);

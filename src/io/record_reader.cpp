@@ -85,19 +85,15 @@ class RecordMaker {
   }
   void note(std::string text) { record_.reading.push_back(std::move(text)); }
 
-  /// Linear where the output is in units of length or the input in one of force.
+  /// As the unit of the output tells, else that of the input; rotary where neither does.
   [[nodiscard]] data::Motion motion() const {
-    const auto dimension = [&](std::size_t column, const std::optional<std::string>& given) {
+    const auto told = [&](std::size_t column, const std::optional<std::string>& given, bool output) {
       const auto unit = known_unit(given.value_or(named_unit(table_, column).unit));
-      return unit ? std::optional(unit->dimension) : std::nullopt;
+      const bool fits = unit && quantity_of(unit->dimension).has_value() == output;
+      return fits ? motion_of(unit->dimension) : std::nullopt;
     };
-    const auto out = dimension(found_.output, mapping_.output_unit);
-    const bool length =
-        out == Dimension::length || out == Dimension::velocity || out == Dimension::acceleration;
-    const bool angle = out == Dimension::angle || out == Dimension::angular_velocity ||
-                       out == Dimension::angular_acceleration;
-    const bool force = dimension(found_.input, mapping_.input_unit) == Dimension::force;
-    return length || (force && !angle) ? data::Motion::linear : data::Motion::rotary;
+    const auto of_input = told(found_.input, mapping_.input_unit, false);
+    return told(found_.output, mapping_.output_unit, true).value_or(of_input.value_or(data::Motion::rotary));
   }
 
   /// A unit that belongs to another quantity than the user says.

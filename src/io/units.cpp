@@ -303,6 +303,23 @@ std::optional<data::OutputQuantity> quantity_of(Dimension dimension) noexcept {
   }
 }
 
+std::optional<data::Motion> motion_of(Dimension dimension) noexcept {
+  switch (dimension) {
+    case Dimension::angle:
+    case Dimension::angular_velocity:
+    case Dimension::angular_acceleration:
+    case Dimension::torque:
+      return data::Motion::rotary;
+    case Dimension::length:
+    case Dimension::velocity:
+    case Dimension::acceleration:
+    case Dimension::force:
+      return data::Motion::linear;
+    default:
+      return std::nullopt;
+  }
+}
+
 NamedUnit take_apart(std::string_view column) {
   const char last = column.empty() ? '\0' : column.back();
   if (last == ']' || last == ')') {

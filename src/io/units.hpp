@@ -48,6 +48,8 @@ struct Unit {
 
 /// What an output of that dimension is; nothing for what is no motion.
 [[nodiscard]] std::optional<data::OutputQuantity> quantity_of(Dimension dimension) noexcept;
+/// Rotary of angles and torques, linear of lengths and forces; nothing for what either may have.
+[[nodiscard]] std::optional<data::Motion> motion_of(Dimension dimension) noexcept;
 
 /// SI units of the motion: Nm or N; rad/s, rad, rad/s2 or m/s, m, m/s2.
 [[nodiscard]] std::string input_si_unit(data::Motion motion);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <monitoring/alarm_text.hpp>
+#include <monitoring/axis_spec.hpp>
 #include <resonid/base/detail/number_text.hpp>
 #include <string_view>
 
@@ -78,7 +79,8 @@ class AlarmSentence {
       case Transition::shelved:
         return fmt::format("{}: shelved until {}{}", title(),
                            s.shelving == Shelving::one_shot ? "it clears, at the latest " : "",
-                           words_.time(s.shelved_until));
+                           s.shelved_until_ns != 0 && words_.clock ? words_.clock(s.shelved_until_ns)
+                                                                   : words_.time(s.shelved_until));
       case Transition::unshelved:
         return title() + ": no longer shelved" + still_active();
       case Transition::shelving_expired:
@@ -97,7 +99,11 @@ class AlarmSentence {
   [[nodiscard]] std::string name() const {
     return std::string(words_.linear ? figure_.linear_name : figure_.name);
   }
-  [[nodiscard]] std::string_view unit() const { return words_.linear ? figure_.linear_unit : figure_.unit; }
+  [[nodiscard]] std::string_view unit() const {
+    const auto own = unit_of(e_.alarm.figure, words_.units);
+    if (!words_.units.physical && !own.empty()) return own;
+    return words_.linear ? figure_.linear_unit : figure_.unit;
+  }
   [[nodiscard]] std::string since() const { return " since " + words_.time(e_.since_sample); }
   [[nodiscard]] std::string still_active() const { return e_.state.active ? ", still active" : ""; }
 
@@ -131,7 +137,8 @@ class AlarmSentence {
                     : "Samples contradict the configuration (" + scale_text(e_.contradiction) + ")") +
                since();
       case AlarmKind::stale:
-        return "No samples" + since();
+        return words_.refused ? "No usable samples" + since() + ": what comes is refused, its page says why"
+                              : "No samples" + since();
       case AlarmKind::estimate: {
         if (e_.verdict == online::AxisVerdict::not_measured)
           return "Nothing could be learned although the drive is excited" + since();

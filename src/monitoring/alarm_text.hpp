@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <monitoring/axis_alarms.hpp>
+#include <resonid/identification/result.hpp>
 #include <string>
 
 namespace resonid::monitoring {
@@ -11,7 +12,12 @@ namespace resonid::monitoring {
 /// How people read what an axis says.
 struct AlarmWords {
   std::function<std::string(std::uint64_t)> time;  ///< A sample's time as text: "14:02:10".
-  bool linear = false;                             ///< In kg, N and m.
+  bool linear = false;                             ///< Masses and forces; kg, N and m.
+  identification::Units units = {};                ///< Told where they are not physical.
+  /// A UNIX time (ns) as text, for ends by the clock, of which samples that have stopped tell nothing; empty:
+  /// by samples.
+  std::function<std::string(std::int64_t)> clock = {};
+  bool refused = false;  ///< With the alarm `stale`: samples come, but none that can be used.
 };
 
 /// An alarm's transition as a sentence without a full stop, in ASCII: what changed, since when, how much +-

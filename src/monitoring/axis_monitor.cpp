@@ -55,7 +55,6 @@ std::uint64_t samples_in(double seconds, double rate_hz) {
 
 /// An empty record of the axis, as the stretch is gathered in.
 data::Record empty_record(const AxisSpec& spec) {
-  const bool linear = spec.motion == data::Motion::linear;
   data::Record r;
   r.source = spec.name;
   r.sample_rate_hz = spec.sample_rate_hz;
@@ -65,11 +64,9 @@ data::Record empty_record(const AxisSpec& spec) {
   r.output.name = "output";
   r.excitation.name = "excitation";
   r.position.name = "position";
-  const char* usual = linear ? "m/s" : "rad/s";
-  if (spec.output_quantity == data::OutputQuantity::position) usual = linear ? "m" : "rad";
-  if (spec.output_quantity == data::OutputQuantity::acceleration) usual = linear ? "m/s2" : "rad/s2";
-  r.input.unit = r.excitation.unit = spec.input_unit.empty() ? (linear ? "N" : "Nm") : spec.input_unit;
-  r.output.unit = spec.output_unit.empty() ? usual : spec.output_unit;
+  auto units = sample_units(spec);
+  r.input.unit = r.excitation.unit = std::move(units.input);
+  r.output.unit = std::move(units.output);
   return r;
 }
 
@@ -279,6 +276,12 @@ void AxisMonitor::begin_watch() {
     watch_first_ = next_;
     last_row_ = next_;
   }
+}
+
+double AxisMonitor::baseline_s() const {
+  if (!watch_ || !follower_) return 0.0;
+  return FigureWatch::learning_s(identification::detail::change_block_s(options_, follower_->setup()),
+                                 spec_.baseline_s);
 }
 
 /// A contradiction lasts until the samples show the opposite.

@@ -98,6 +98,8 @@ class AxisMonitor {
   [[nodiscard]] std::uint64_t learned_from() const noexcept { return follower_first_; }
   /// Whether changes of the figure can be told yet.
   [[nodiscard]] bool watches(Watched w) const noexcept { return watch_ && watch_->ready(w); }
+  /// Seconds of trusted rows before changes can be told; 0: nothing is watched yet.
+  [[nodiscard]] double baseline_s() const;
   /// Mean time between false alarms of each figure's detector, as they began with; 0: nothing is watched yet.
   [[nodiscard]] double detector_interval_s() const noexcept {
     return watch_ ? watch_->false_alarm_interval_s() : 0.0;

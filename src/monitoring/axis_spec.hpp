@@ -2,9 +2,12 @@
 #pragma once
 
 #include <monitoring/alarm_settings.hpp>
+#include <monitoring/row.hpp>
 #include <resonid/data/record.hpp>
+#include <resonid/identification/result.hpp>
 #include <resonid/identification/track.hpp>
 #include <string>
+#include <string_view>
 
 namespace resonid::monitoring {
 
@@ -34,5 +37,17 @@ struct AxisSpec {
   double false_alarm_interval_s = 3.6e6;
   AxisAlarmSettings alarms;
 };
+
+/// Units of the scaled samples, never empty.
+struct SampleUnits {
+  std::string input, output;
+};
+[[nodiscard]] SampleUnits sample_units(const AxisSpec& spec);
+
+/// In which the axis' figures and the limits of their alarms are, as `identify` and `track` tell them:
+/// Nm/rad, or A/rad of an input that is a current.
+[[nodiscard]] identification::Units figure_units(const AxisSpec& spec);
+/// The one of a figure; empty where neither input nor output decides it: a frequency, a margin.
+[[nodiscard]] std::string_view unit_of(Watched figure, const identification::Units& units) noexcept;
 
 }  // namespace resonid::monitoring

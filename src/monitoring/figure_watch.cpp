@@ -35,13 +35,17 @@ FigureWatch::FigureWatch(const Detector& detector, double values_back, double fa
       values_back_(values_back),
       false_alarm_interval_s_(false_alarm_interval_s) {}
 
+double FigureWatch::learning_s(double block_s, double baseline_s) noexcept {
+  constexpr double kFewestBlocks = 16.0;
+  return std::max(baseline_s, kFewestBlocks * block_s);
+}
+
 expected<FigureWatch, Error> FigureWatch::create(double row_s, double block_s, double baseline_s,
                                                  double false_alarm_interval_s) {
-  constexpr double kFewestBlocks = 16.0;
   online::ChangeDetectorConfig c;
   c.sample_rate_hz = 1.0 / row_s;
   c.block_s = block_s;
-  c.baseline_s = std::max(baseline_s, kFewestBlocks * block_s);
+  c.baseline_s = learning_s(block_s, baseline_s);
   c.false_alarm_interval_s = false_alarm_interval_s * rarer_than_normal(false_alarm_interval_s / block_s);
   const auto detector = Detector::create(c);
   if (!detector) return tl::unexpected(detector.error());

@@ -25,6 +25,9 @@ class FigureWatch {
   static expected<FigureWatch, Error> create(double row_s, double block_s, double baseline_s,
                                              double false_alarm_interval_s);
 
+  /// Before changes can be told: `baseline_s`, but 16 blocks at least.
+  [[nodiscard]] static double learning_s(double block_s, double baseline_s) noexcept;
+
   void step(const Row& row, const AxisAlarmSettings& settings) noexcept;
   /// So many rows were not made.
   void miss(std::uint64_t rows) noexcept;

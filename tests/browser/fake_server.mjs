@@ -36,6 +36,10 @@ const normal = (text) => Math.sqrt(-2 * Math.log(uniform(text + "r"))) * Math.co
 
 const FIGURES = ["resonance_hz", "antiresonance_hz", "stiffness", "driven_inertia", "load_inertia", "damping", "coulomb_friction", "modulus_margin", "phase_margin_deg", "gap"];
 const RELATIVE_STD = { resonance_hz: 0.004, antiresonance_hz: 0.005, stiffness: 0.008, driven_inertia: 0.01, load_inertia: 0.012, damping: 0.05, coulomb_friction: 0.03, modulus_margin: 0.02, phase_margin_deg: 0.02, gap: 0.2 };
+const UNITS = { inertia: "kgm2", stiffness: "Nm/rad", damping: "Nms/rad", torque: "Nm", response: "(rad/s)/Nm" };
+const LINEAR_UNITS = { inertia: "kg", stiffness: "N/m", damping: "Ns/m", torque: "N", response: "(m/s)/N" };
+const CURRENT_UNITS = { inertia: "A s2/rad", stiffness: "A/rad", damping: "A s/rad", torque: "A", response: "(rad/s)/A" };
+const unitsOf = (name) => ({ "gantry-y": LINEAR_UNITS, "rotary-4": CURRENT_UNITS })[name] ?? UNITS;
 const NAMES = ["belt-1", "conveyor-7", "feeder-a", "feeder-b", "gantry-x", "gantry-y", "lift-3", "palletizer-9", "press-2", "rotary-4", "spindle-1", "winder-5"];
 
 /** For so long an alarm can be shelved, and raw samples are kept. */
@@ -183,7 +187,7 @@ export class Simulation {
     const n = Math.round((now - this.start + 3600) * 1000);
     const silent = name === this.silent?.axis ? { time_s: undefined, latency_s: undefined, age_s: this.silent.age_s, samples: { received: 0, missing: 0, late: 0, duplicate: 0, lost: 0 } } : {};
     return {
-      name, ...state, time_s: this.timeOf(name, now), motion: name === "gantry-y" ? "linear" : "rotary", age_s: this.ageOf(name, now), latency_s: 0.04 + 0.03 * uniform(name + "l"), rate_hz: 1000, sample: n, maintenance_until_time_s: this.maintained.get(name), ...(worst ? { worst_alarm: { severity: worst.severity, text: worst.text } } : {}),
+      name, ...state, time_s: this.timeOf(name, now), motion: name === "gantry-y" ? "linear" : "rotary", units: unitsOf(name), age_s: this.ageOf(name, now), latency_s: 0.04 + 0.03 * uniform(name + "l"), rate_hz: 1000, sample: n, maintenance_until_time_s: this.maintained.get(name), ...(worst ? { worst_alarm: { severity: worst.severity, text: worst.text } } : {}),
       alarms: told.length, unacknowledged: open.length, figures,
       samples: { received: n, missing: name === "feeder-b" ? 120 : 0, late: name === "feeder-b" ? 7 : 0, duplicate: 0, lost: 0 },
       faults: name === "feeder-b" ? [{ kind: "format", count: 3, text: "line 17: <script>alert('no')</script> is no number" }] : [], ...silent, source: name === "press-2" ? "plc" : "broker",
@@ -447,8 +451,10 @@ export async function startServer({ axes = 12, token = null, readToken = false, 
       if (readsWith && may !== token && may !== readsWith) throw fault(401, "a token is needed", "authorization");
       if (parts[0] === "stream") {
         if (streams.size >= limits.streams) throw fault(429, "more event streams than one client may have open", "streams");
+        const axis = url.searchParams.get("axis");
+        if (axis && !simulation.names.includes(axis)) throw fault(404, `no axis ${axis}`, "axis");
         response.writeHead(200, { ...SECURITY, "Content-Type": "text/event-stream" });
-        const stream = { response, axis: url.searchParams.get("axis") };
+        const stream = { response, axis };
         const last = request.headers["last-event-id"];
         response.write("retry: 500\n\n");
         if (last !== undefined) {

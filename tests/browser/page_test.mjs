@@ -100,7 +100,7 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
     await over.evaluate((e) => e.scrollIntoView({ block: "center" }));
     const box = await over.boundingBox();
     await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
-    await says(".readout", /Hz now −?[\d.]+ dB = .* rad\/s\/Nm .*coherence 0\.\d+ ± 0\.\d+ baseline/);
+    await says(".readout", /Hz now −?[\d.]+ dB = .* \(rad\/s\)\/Nm .*coherence 0\.\d+ ± 0\.\d+ baseline/);
     noTrouble();
   });
 
@@ -645,7 +645,14 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
   test("a machine that moves along a line has its units", async () => {
     await visit("#/axis/gantry-y");
     await says(".figures-table", /Stiffness [\d.]+ ± [\d.]+ N\/m .* Motor mass [\d.]+ ± [\d.]+ kg /);
-    await says(".chart .caption", /0 dB = 1 m\/s\/N/);
+    await says(".chart .caption", /0 dB = 1 \(m\/s\)\/N/);
+    noTrouble();
+  });
+
+  test("a machine whose input is a current has its units", async () => {
+    await visit("#/axis/rotary-4");
+    await says(".figures-table", /Stiffness [\d.]+ ± [\d.]+ A\/rad .* Motor inertia [\d.]+ ± [\d.]+ A s²\/rad /);
+    await says(".chart .caption", /0 dB = 1 \(rad\/s\)\/A/);
     noTrouble();
   });
 
@@ -655,14 +662,14 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
     const hold = () => { listed = new Promise((resolve) => { tell = resolve; }); };
     hold();
     await visit("#/axis/gantry-y/compare?a=1790000000&b=1795917000", { listing: () => listed });
-    await says("main", /Stiffness [\d.]+ ± [\d.]+ Nm\/rad/);
+    await says("main", /Stiffness [\d.]+ ± [\d.]+ [\d.]+ ± [\d.]+ \(/);
     tell();
     await says("main", /Stiffness [\d.]+ ± [\d.]+ N\/m .* Motor mass/);
     hold();
     server.raise({ id: 16, axis: "gantry-y", alarm: "stiffness", severity: "low", text: "Stiffness fell", raised_time_s: Date.now() / 1000, change: { size: -3, std: 1 } });
     await page.goto(server.url + "#/alarm/16");
     await page.reload();
-    await says("main", /by −3\.0 ± 1\.0 Nm\/rad/);
+    await says("main", /by −3\.0 ± 1\.0(?! N)/);
     tell();
     await says("main", /by −3\.0 ± 1\.0 N\/m/);
     noTrouble();
@@ -722,6 +729,7 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
   test("names and addresses that are not there are told", async () => {
     await visit("#/axis/no-such");
     await says(".error", /^There is no axis named no-such\.$/);
+    await page.waitForFunction(() => document.body.dataset.connection === "open"); // the others have theirs
     await page.goto(server.url + "#/alarm/none");
     await says(".error", /^There is no alarm none\.$/);
     await page.goto(server.url + "#/nothing");
@@ -733,23 +741,25 @@ describe("page of resonid monitor", { skip: SKIP }, () => {
     await visit();
     const words = await page.evaluate(async () => {
       const w = await import("./words.js");
-      const k = w.figureOf("stiffness");
+      const turns = { motion: "rotary", units: { stiffness: "Nm/rad", torque: "Nm" } };
+      const k = w.figureOf("stiffness", turns);
       return {
         value: w.valueText(k, { value: 143.75, std: 0.784 }), change: w.changeText(k, { change: -5.15, change_std: 0.4, baseline: 143.8 }),
         rise: w.changeText(w.figureOf("phase_margin_deg"), { change: 2.04, change_std: 0.31, baseline: 50 }), none: w.changeText(k, {}),
-        torque: w.changeText(w.figureOf("load_torque"), { change: 0.1, change_std: 0.01, baseline: 1e-9 }),
+        torque: w.changeText(w.figureOf("load_torque", turns), { change: 0.1, change_std: 0.01, baseline: 1e-9 }),
         times: [0.04, 0.2, 3.14159, 12.4, 119, 119.6, 7100, 7200, 90000, 200000].map(w.duration), latency: [0.0843, 1.24].map(w.latencyText),
         lacks: [["refused", 60], ["stale", 60], ["stale", null]].map(([state, age]) => w.staleText({ state }, age)),
         limits: [{ low: 0.5, high: 2 }, { low: 0.5 }, { high: 2 }, {}].map((limits) => w.limitsText(k, limits)),
         beyond: [{ value: 0.4, low: 0.5 }, { value: 3, low: 0.5, high: 2 }, { value: 1, low: 0.5, high: 2 }, { value: 1 }, { value: null, low: 0.5 }].map(w.beyondLimit),
-        sentence: w.sentence("Load inertia rose by 0.10 +- 0.01 kgm2 (0.2 -> 0.3 kgm2)"),
+        sentence: w.sentence("Load inertia rose by 0.10 +- 0.01 kgm2 (0.2 -> 0.3 kgm2)"), current: w.sentence("Motor inertia is 2.0 +- 0.1 A s2/rad"),
+        unknown: w.figureOf("stiffness").unit,
       };
     });
     assert.deepEqual(words, {
       value: "143.75 ± 0.78 Nm/rad", change: "(−3.58 ± 0.28)\u00a0%", rise: "+2.04 ± 0.31 °", none: "", torque: "+0.100 ± 0.010 Nm",
       times: ["0.04 s", "0.2 s", "3.1 s", "12 s", "119 s", "2 min", "118 min", "2 h", "25 h", "2 days"], latency: ["84 ms", "1.2 s"],
       lacks: ["Refused", "No data for 60 s", "No data"], limits: ["0.5 … 2 Nm/rad", "at least 0.5 Nm/rad", "at most 2 Nm/rad", ""], beyond: [true, true, false, false, false],
-      sentence: "Load inertia rose by 0.10 ± 0.01 kg m² (0.2 → 0.3 kg m²)",
+      sentence: "Load inertia rose by 0.10 ± 0.01 kg m² (0.2 → 0.3 kg m²)", current: "Motor inertia is 2.0 ± 0.1 A s²/rad", unknown: "",
     });
     const route = await page.evaluate(async () => {
       const r = await import("./route.js");

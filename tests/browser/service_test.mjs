@@ -174,11 +174,11 @@ describe("page of the real service", { skip: SKIP }, () => {
       const answer = await fetch(document.querySelector(".links a[href$='evidence.csv']").href);
       return answer.ok && answer.text();
     }, { polling: 500 });
-    assert.match(await csv.jsonValue(), /^# axis belt, samples \d+ to \d+; resonid identify THIS\.csv .*--controller pi:1\.036,0\.147 .*\nt_s,ru,u,y\n0,/);
+    assert.match(await csv.jsonValue(), /^# axis belt, samples \d+ to \d+; resonid identify alarm-\d+\.csv --time t_s .*--controller pi:1\.036,0\.147 .*--report alarm-\d+\.html\nt_s,ru,u,y\n0,/);
     await page.click(".links a[href$='report.html']");
     await page.waitForSelector("canvas");
     await says("body", /two-inertia \(two-mass\) drive/);
-    await says(".provenance", new RegExp(`Program resonid ${(await told("status")).version} .*Command resonid identify ${id}\\.csv --time t_s .*--controller pi:1\\.036,0\\.147 .*--report ${id}\\.html ${id}\\.csv SHA-256`));
+    await says(".provenance", new RegExp(`Program resonid ${(await told("status")).version} .*Command resonid identify alarm-${id}\\.csv --time t_s .*--controller pi:1\\.036,0\\.147 .*--report alarm-${id}\\.html alarm-${id}\\.csv SHA-256`));
     assert.ok(!(await page.content()).includes(folder), "where it lies on the server is not told");
     await picture(page, "service-report", false);
     await page.goBack();

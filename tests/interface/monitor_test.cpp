@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <sstream>
 #include <string>
 
@@ -11,6 +12,29 @@
 
 namespace resonid {
 namespace {
+
+/// A port at which somebody else listens.
+class TakenPort {
+ public:
+  TakenPort() : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
+    ::sockaddr_in name{};
+    name.sin_family = AF_INET;
+    name.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    ::socklen_t length = sizeof name;
+    EXPECT_EQ(::bind(socket_, reinterpret_cast<const ::sockaddr*>(&name), length), 0);
+    EXPECT_EQ(::listen(socket_, 1), 0);
+    EXPECT_EQ(::getsockname(socket_, reinterpret_cast<::sockaddr*>(&name), &length), 0);
+    address_ = "127.0.0.1:" + std::to_string(ntohs(name.sin_port));
+  }
+  TakenPort(const TakenPort&) = delete;
+  TakenPort& operator=(const TakenPort&) = delete;
+  ~TakenPort() { ::close(socket_); }
+  [[nodiscard]] const std::string& address() const { return address_; }
+
+ private:
+  int socket_;
+  std::string address_;
+};
 
 class Monitor : public test::ProgramTest {
  protected:
@@ -99,18 +123,11 @@ TEST_F(Monitor, RunsReloadsAndEnds) {
   EXPECT_TRUE(has(said, "its ring of raw samples is made anew")) << said;
 
   // What cannot run is taken back: the port of somebody else.
-  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
-  ::sockaddr_in name{};
-  name.sin_family = AF_INET;
-  name.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  ::socklen_t length = sizeof name;
-  ASSERT_EQ(::bind(socket, reinterpret_cast<const ::sockaddr*>(&name), length), 0);
-  ASSERT_EQ(::listen(socket, 1), 0);
-  ASSERT_EQ(::getsockname(socket, reinterpret_cast<::sockaddr*>(&name), &length), 0);
-  configure("ring_s = 60\n", "127.0.0.1:0", "127.0.0.1:" + std::to_string(ntohs(name.sin_port)));
+  auto taken = std::make_optional<TakenPort>();
+  configure("ring_s = 60\n", "127.0.0.1:0", taken->address());
   said = reload();
   EXPECT_TRUE(has(said, "the service goes on with the configuration that it had")) << said;
-  ::close(socket);
+  taken.reset();
   said = reload();  // which is there still, and can run now
   EXPECT_TRUE(has(said, "the configuration is taken over")) << said;
   EXPECT_TRUE(has(test::get(port_in(said), "/healthz"), " 200 "));
@@ -143,6 +160,12 @@ TEST_F(Monitor, NamesTheOptionThatIsWrong) {
   expect_refused("monitor m.toml --listen 0.0.0.0:80", {"resonid: --listen: is 0.0.0.0:80"});
   expect_refused("monitor m.toml --check --data m.toml/x",
                  {"resonid: --data: found '", "required a folder that can be written"});
+  // What shows only when it starts.
+  const TakenPort taken;
+  const std::string there = " --listen " + taken.address();
+  for (const char* what : {"monitor m.toml", "monitor --demo"})
+    expect_refused(what + there, {"resonid: --listen: cannot listen on 127.0.0.1 port"});
+  expect_refused("monitor --demo --data m.toml/x", {"resonid: --data: the folder '"});
 }
 
 /// Under systemd every line has its level, also those before the service runs; for people none has.
@@ -193,6 +216,23 @@ TEST_F(Monitor, RefusesOptionsThatContradict) {
   expect_refused("monitor --discover mqtt://me:secret@a", {"--password-file"});
 }
 
+/// A recording that is shorter than its baseline has no alarm, which is no proof that nothing changed.
+TEST_F(Monitor, SaysFromWhenOnAReplayTellsChanges) {
+  const std::string replay =
+      "monitor --controller pi:1.036,0.147 --delay 0.004 --rows rows.csv --replay belt.csv";
+  ASSERT_EQ(run("simulate belt_loosens --duration 8 --out belt.csv").exit_code, 0);
+  const auto brief = run(replay);
+  ASSERT_EQ(brief.exit_code, 0) << brief.error;
+  EXPECT_TRUE(
+      has(brief.out, " rows written to rows.csv\n0 alarms; no change could be told: the baseline takes "))
+      << brief.out;
+  EXPECT_TRUE(has(brief.out, " s on, and the recording ends at 8.0 s\n")) << brief.out;
+  ASSERT_EQ(run("simulate belt_loosens --duration 60 --out belt.csv").exit_code, 0);
+  const auto whole = run(replay);
+  EXPECT_TRUE(has(whole.out, "; changes are told from ")) << whole.out;
+  EXPECT_TRUE(has(whole.out, " s on: what comes before is the baseline\n")) << whole.out;
+}
+
 /// What is printed is a configuration as it is.
 TEST_F(Monitor, DiscoversWhatAFileHolds) {
   ASSERT_EQ(run("simulate demo --out line.csv").exit_code, 0);
@@ -208,6 +248,15 @@ TEST_F(Monitor, DiscoversWhatAFileHolds) {
   const auto checked = run("monitor m.toml --check");
   EXPECT_EQ(checked.exit_code, 0) << checked.error;
   EXPECT_EQ(checked.out, "m.toml: 1 axes, 1 sources: nothing to object\n");
+}
+
+/// However fast the samples come: a column of times tells their rate.
+TEST_F(Monitor, DiscoversTheRateOfAColumnOfTimesInAPipe) {
+  ASSERT_EQ(run("simulate demo --duration 2 --out line.csv").exit_code, 0);
+  const auto found =
+      shell("(head -401 line.csv; sleep 1; sed -n 402,801p line.csv; sleep 2) | '" RESONID_PROGRAM
+            "' monitor --discover - --seconds 2");
+  EXPECT_TRUE(has(found.out, "\nsample_rate_hz = 500\n")) << found.out << found.error;
 }
 
 /// Axes of which too little is known are left to people, as comments.

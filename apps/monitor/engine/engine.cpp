@@ -463,6 +463,19 @@ class Engine::Impl {
     take_action(s, {action, now_ns(), "service", {}}, true);
   }
 
+  [[nodiscard]] monitoring::AlarmWords words_of(std::size_t index, const Slot& s,
+                                                const monitoring::AlarmEvent& event) const {
+    monitoring::AlarmWords words;
+    words.time = [this, &s](std::uint64_t sample) { return options_.time_text(s.time_of(sample)); };
+    words.clock = options_.time_text;
+    words.linear = s.monitor.spec().motion == data::Motion::linear;
+    words.units = monitoring::figure_units(s.monitor.spec());
+    // Known now alone: a text that is stored stays as it is.
+    words.refused =
+        event.alarm.kind == monitoring::AlarmKind::stale && options_.refused && options_.refused(index);
+    return words;
+  }
+
   /// What the monitor gave out, with its times, for the store.
   void collect(std::size_t index, Slot& s) {
     if (s.out.rows.empty() && s.out.events.empty() && s.results.actions.empty()) return;
@@ -481,15 +494,19 @@ class Engine::Impl {
       timed.event = event;
       timed.time_ns = s.time_of(event.sample);
       timed.since_ns = s.time_of(event.since_sample);
-      monitoring::AlarmWords words;
-      words.time = [&](std::uint64_t sample) { return options_.time_text(s.time_of(sample)); };
-      words.linear = s.monitor.spec().motion == data::Motion::linear;
-      timed.text = monitoring::alarm_text(event, words);
       for (const auto& by : s.by)
         if (by.event == i) {
           std::tie(timed.who, timed.reason, timed.action) = std::tie(by.who, by.reason, by.action);
           timed.time_ns = std::max(timed.time_ns, by.time_ns);  // samples may have stopped before
         }
+      auto& state = timed.event.state;
+      // Told by samples alone: text and record are to name the same instant.
+      if (state.shelving != monitoring::Shelving::none && state.shelved_until_ns == 0)
+        state.shelved_until_ns =
+            timed.time_ns +
+            std::llround((static_cast<double>(state.shelved_until) - static_cast<double>(event.sample)) /
+                         rate_hz * kNs);
+      timed.text = monitoring::alarm_text(timed.event, words_of(index, s, event));
       s.results.events.push_back(std::move(timed));
     }
     s.by.clear();

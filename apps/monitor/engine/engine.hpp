@@ -86,6 +86,9 @@ struct EngineOptions {
   double publish_every_s = 0.05, curve_every_s = 0.5;
   /// How a UNIX time in ns is written in the texts of alarms; empty: as local date and time.
   std::function<std::string(std::int64_t)> time_text = {};
+  /// Whether what came of an axis since its newest sample was refused, for the text of its alarm `stale`; may
+  /// be empty.
+  std::function<bool(std::size_t axis)> refused = {};
   /// Called with each row of an axis as it is made, by the thread that follows it; may be empty.
   std::function<void(std::size_t axis, const monitoring::AxisMonitor&)> on_row = {};
 };

@@ -54,6 +54,8 @@ class TextDecoder {
   [[nodiscard]] bool wants_names() const noexcept {
     return format_.kind == SampleFormat::csv && names_.empty();
   }
+  /// Names of the columns of CSV, as far as they are known.
+  [[nodiscard]] const std::vector<std::string>& names() const noexcept { return names_; }
   /// Names of columns as that one has found them, where it has: in what was read of a file before.
   ///
   /// @param same_file whether other names that come next are garbage where they would have been for that one

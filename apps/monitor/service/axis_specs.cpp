@@ -13,6 +13,7 @@
 #include "io/columns.hpp"
 #include "io/signal_units.hpp"
 #include "io/text.hpp"
+#include "io/units.hpp"
 #include "monitor/service/axis_spec_of.hpp"
 
 namespace resonid::monitor {
@@ -36,7 +37,7 @@ class SpecBuilder {
   SpecBuilder(const Configuration& configuration, const AxisConfig& axis, std::vector<std::string>& notes)
       : c_(configuration), a_(axis), notes_(notes) {}
 
-  expected<monitoring::AxisSpec> build(const std::string& name, double interval_s) {
+  expected<monitoring::AxisSpec, std::vector<Error>> build(const std::string& name, double interval_s) {
     s_.name = name;
     s_.sample_rate_hz = a_.sample_rate_hz;
     s_.motion = a_.motion;
@@ -53,17 +54,23 @@ class SpecBuilder {
     set_start();
     set_baseline();
     check_method();
-    if (fault_) return unexpected(std::move(*fault_));
+    if (!faults_.empty()) return unexpected(std::move(faults_));
     return std::move(s_);
   }
 
  private:
   void refuse_key(const char* key, std::string requirement) {
-    if (!fault_) fault_ = Error{key, std::move(requirement)};
+    faults_.push_back(Error{key, std::move(requirement)});
+  }
+  /// Others of units may come of the first.
+  void refuse_unit(const char* key, std::string requirement) {
+    if (faults_.empty()) refuse_key(key, std::move(requirement));
   }
 
   void set_units() {
     if (!a_.output_unit.empty() || std::abs(a_.output_scale) == 1.0) check_quantity();
+    check_names();
+    check_motion();
     io::ColumnMapping mapping;
     mapping.torque_constant = a_.torque_constant;
     mapping.rated_torque = a_.rated_torque;
@@ -85,10 +92,10 @@ class SpecBuilder {
       signals.push_back({a_.excitation, unit, {}, a_.input_scale, input_si});
       const auto ru = converter.convert(signals.back());
       if (ru.factor != u.factor || ru.unit != u.unit)
-        refuse_key("excitation",
-                   fmt::format("{} is in {}: it must be in the unit of the input, which has the same "
-                               "scale",
-                               io::in_quotes(a_.excitation), unit));
+        refuse_unit("excitation",
+                    fmt::format("{} is in {}: it must be in the unit of the input, which has the same "
+                                "scale",
+                                io::in_quotes(a_.excitation), unit));
     }
     s_.input_scale = u.factor;
     s_.input_unit = u.unit == input_si ? "" : u.unit;
@@ -105,7 +112,18 @@ class SpecBuilder {
       }
     }
     check_constants(mapping, signals, u.unit, y.unit);
+    note_units();
     for (auto note = first_note; note < notes_.size(); ++note) notes_[note] = library_keys(notes_[note]);
+  }
+
+  /// Limits and tables are read in these, and Nm/rad is what their reader expects.
+  void note_units() {
+    const auto units = monitoring::figure_units(s_);
+    if (units.physical) return;
+    notes_.push_back(
+        fmt::format("figures and their limits are in {} (stiffness), {} (inertia), {} (damping) and {} "
+                    "(friction, load)",
+                    units.stiffness, units.inertia, units.damping, units.torque));
   }
 
   /// A constant that converts nothing was meant for a signal that is taken for something else.
@@ -117,10 +135,10 @@ class SpecBuilder {
                            const std::string& required) {
       if (!(mapping.*constant) || applies(constant, mapping, a_.motion, signals)) return;
       const bool scaled = std::abs(scale) != 1.0;
-      refuse_key(key,
-                 fmt::format("applies to nothing: the {0} {1}{2} is taken for {3}; required {0}_unit = {4}",
-                             signal, io::in_quotes(column),
-                             scaled ? fmt::format(" times {}_scale", signal) : "", taken_for, required));
+      refuse_unit(key,
+                  fmt::format("applies to nothing: the {0} {1}{2} is taken for {3}; required {0}_unit = {4}",
+                              signal, io::in_quotes(column),
+                              scaled ? fmt::format(" times {}_scale", signal) : "", taken_for, required));
     };
     check("torque_constant", &Mapping::torque_constant, "input", a_.input, a_.input_scale, input_is, "\"A\"");
     check("rated_torque", &Mapping::rated_torque, "input", a_.input, a_.input_scale, input_is, "\"%\"");
@@ -136,8 +154,53 @@ class SpecBuilder {
     if (!known) return;
     const auto quantity = io::quantity_of(known->dimension);
     if (!quantity || *quantity != a_.output_quantity)
-      refuse_key("output_quantity", fmt::format("is {}, and the output {} is in {}",
-                                                name_of(a_.output_quantity), io::in_quotes(a_.output), unit));
+      refuse_unit("output_quantity",
+                  fmt::format("is {}, and the output {} is in {}", name_of(a_.output_quantity),
+                              io::in_quotes(a_.output), unit));
+  }
+
+  /// A key may correct the unit in a name, but not make an ampere of a Nm: only a scale or a constant does.
+  void check_names() {
+    check_name("input_unit", a_.input, a_.input_unit, a_.input_scale, false);
+    check_name("output_unit", a_.output, a_.output_unit, a_.output_scale, true);
+  }
+  void check_name(const char* key, const std::string& column, const std::string& given, double scale,
+                  bool output) {
+    const auto fits = [output](const std::optional<io::Unit>& unit) {
+      using io::Dimension;
+      if (!unit) return false;
+      if (output) return io::quantity_of(unit->dimension).has_value();
+      return unit->dimension == Dimension::torque || unit->dimension == Dimension::force ||
+             unit->dimension == Dimension::current || unit->dimension == Dimension::ratio;
+    };
+    const std::string named = unit_in_name(column);
+    const auto by_name = io::known_unit(named), by_key = io::known_unit(given);
+    if (std::abs(scale) != 1.0 || !fits(by_name) || !fits(by_key)) return;
+    if (by_name->dimension != by_key->dimension)
+      refuse_unit(key, fmt::format("found {}, required another name of {}, the unit in {}, or {} that "
+                                   "converts it",
+                                   given, named, io::in_quotes(column),
+                                   output ? "an output_scale" : "an input_scale"));
+  }
+
+  /// What counts before it is converted: a scale gives SI, unless the key says what.
+  static ColumnUnit told_unit(const std::string& column, const std::string& given, double scale) {
+    if (!given.empty()) return {column, given};
+    return {column, std::abs(scale) == 1.0 ? unit_in_name(column) : std::string()};
+  }
+
+  void check_motion() {
+    const auto output = told_unit(a_.output, a_.output_unit, a_.output_scale);
+    if (auto fault = motion_fault(a_.motion, told_unit(a_.input, a_.input_unit, a_.input_scale), output))
+      return refuse_unit("motion", std::move(*fault));
+    const auto known = io::known_unit(output.unit);
+    const bool counts =
+        known && (known->dimension == io::Dimension::counts || known->dimension == io::Dimension::count_rate);
+    if (counts && a_.counts_per_rev && a_.motion == data::Motion::linear)
+      refuse_unit("counts_per_rev",
+                  fmt::format("makes an angle of the output {}; required with motion = \"linear\": in its "
+                              "place output_scale, {} per count, and no output_unit",
+                              io::in_quotes(a_.output), io::output_si_unit(a_.motion, a_.output_quantity)));
   }
 
   void set_options() {
@@ -201,25 +264,48 @@ class SpecBuilder {
   }
 
   void check_method() {
-    if (fault_ || a_.method == identification::TrackMethod::automatic) return;
+    if (!faults_.empty() || a_.method == identification::TrackMethod::automatic) return;
     data::Record record;
     record.output_quantity = a_.output_quantity;
     if (s_.has_excitation) record.excitation.samples = {0.0};
     const auto fault = identification::detail::contradiction(record, s_.track, a_.method);
     if (!fault) return;
     const bool lacks = fault->field == "controller" || fault->field == "excitation";
-    fault_ = Error{fault->field, lacks ? fmt::format("must be given for method = \"{}\"", name_of(a_.method))
-                                       : library_keys(fault->requirement.str())};
+    faults_.push_back(
+        Error{fault->field, lacks ? fmt::format("must be given for method = \"{}\"", name_of(a_.method))
+                                  : library_keys(fault->requirement.str())});
   }
 
   const Configuration& c_;
   const AxisConfig& a_;
   std::vector<std::string>& notes_;
   monitoring::AxisSpec s_;
-  std::optional<Error> fault_;
+  std::vector<Error> faults_;
 };
 
 }  // namespace
+
+std::optional<std::string> motion_fault(data::Motion motion, const ColumnUnit& input,
+                                        const ColumnUnit& output) {
+  std::string found;
+  bool some_fit = false;
+  for (const auto& [signal, told] : {std::pair{"input", &input}, std::pair{"output", &output}}) {
+    const auto unit = io::known_unit(told->unit);
+    const auto of_unit = unit ? io::motion_of(unit->dimension) : std::nullopt;
+    if (of_unit && *of_unit != motion)
+      found += fmt::format("{} and the {} {} is in {}", found.empty() ? "," : "", signal,
+                           io::in_quotes(told->column), told->unit);
+    some_fit = some_fit || of_unit == motion;
+  }
+  if (found.empty()) return std::nullopt;
+  const bool rotary = motion == data::Motion::rotary;
+  return fmt::format("is {0}{1}; required {2}units of a {0} drive: {3}", name_of(motion), found,
+                     some_fit ? ""
+                     : rotary ? "linear, or "
+                              : "rotary, or ",
+                     rotary ? "Nm, A or % of the input, rad, rpm, counts ... of the output"
+                            : "N, A or % of the input, m, mm/s, counts ... of the output");
+}
 
 std::string unit_in_name(const std::string& column) {
   io::Table table;
@@ -236,9 +322,10 @@ std::string library_keys(std::string text) {
   return text;
 }
 
-expected<monitoring::AxisSpec> axis_spec_of(const Configuration& configuration, const std::string& name,
-                                            const AxisConfig& axis, double interval_s,
-                                            std::vector<std::string>& notes) {
+expected<monitoring::AxisSpec, std::vector<Error>> axis_spec_of(const Configuration& configuration,
+                                                                const std::string& name,
+                                                                const AxisConfig& axis, double interval_s,
+                                                                std::vector<std::string>& notes) {
   return SpecBuilder(configuration, axis, notes).build(name, interval_s);
 }
 
@@ -260,7 +347,7 @@ expected<std::vector<monitoring::AxisSpec>> axis_specs(const Configuration& conf
   for (const auto& [name, axis] : configuration.axes.tables) {
     auto spec = axis_spec_of(configuration, name, axis, *interval_s, notes);
     if (!spec) {
-      Error fault = spec.error();
+      Error fault = spec.error().front();
       fault.field = "axis." + name + "." + fault.field.str();
       return unexpected(std::move(fault));
     }

@@ -167,6 +167,7 @@ web::AxisStatus status_of(const AxisView& view) {
   s.state = state_of(live, intake, silent);
   s.why = why(view, silent);
   s.motion = installed.spec.motion;
+  s.units = monitoring::figure_units(installed.spec);
   if (live.phase == Phase::following) add_figures(view, s);
   add_age(view, s, silent);
   s.rate_hz = installed.spec.sample_rate_hz;

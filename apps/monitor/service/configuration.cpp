@@ -70,8 +70,9 @@ class TableCheck {
   TableCheck& login(const Connection& c) {
     return depends("password_file", c.password_file.empty() || !c.user.empty(), "needs a user");
   }
+  /// An address that is not given is told by the keys that need one.
   TableCheck& connection(const Connection& c) {
-    endpoint("address", c.address);
+    if (!c.address.empty()) endpoint("address", c.address);
     depends("ca_file", c.ca_file.empty() || c.tls, "needs tls = true");
     depends("certificate_file", c.certificate_file.empty() || c.tls, "needs tls = true");
     return pair("certificate_file", !c.certificate_file.empty(), "key_file", !c.key_file.empty());
@@ -348,6 +349,12 @@ std::vector<TableFault> faults(const AxisConfig& c) {
       .range("sample_rate_hz", c.sample_rate_hz, kLeastRate, kMostRate)
       .given("input", c.input)
       .given("output", c.output)
+      .depends(
+          "output", c.output.empty() || c.output != c.input,
+          fmt::format("found {}, the column of the input; required another one", io::in_quotes(c.output)))
+      .depends("excitation", c.excitation.empty() || c.excitation != c.output,
+               fmt::format("found {}, the column of the output; required another one",
+                           io::in_quotes(c.excitation)))
       .not_zero("input_scale", c.input_scale)
       .not_zero("excitation_scale", c.excitation_scale)
       .not_zero("output_scale", c.output_scale)

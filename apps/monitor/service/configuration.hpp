@@ -297,7 +297,9 @@ void describe(Visitor&& v, AxisConfig& c) {
   v("excitation_scale", c.excitation_scale, "further factor of the excitation alone, likewise");
   v("output_scale", c.output_scale, "factor of the output, likewise");
   v("position_scale", c.position_scale, "factor of the position, likewise");
-  v("torque_constant", c.torque_constant, "torque (force) per current, of an input in A; not 0 (Nm/A)");
+  v("torque_constant", c.torque_constant,
+    "torque (force) per current, of an input in A and its excitation, which is in A too (or by "
+    "excitation_scale); not 0 (Nm/A)");
   v("rated_torque", c.rated_torque, "what 100 % are, of an input in per cent, > 0 (Nm)");
   v("counts_per_rev", c.counts_per_rev, "resolution of an encoder whose counts are the output, > 0");
   v("controller", c.controller,

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <openssl/err.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstdlib>
 #include <fstream>
 #include <map>
 #include <optional>
@@ -17,6 +20,7 @@
 #include <system_error>
 
 #include "io/text.hpp"
+#include "monitor/samples/text_decoder.hpp"
 #include "monitor/service/axis_spec_of.hpp"
 #include "monitor/service/configuration.hpp"
 #include "monitor/web/channel.hpp"
@@ -37,12 +41,57 @@ bool is_name(std::string_view name) {
   return !name.empty() && name.size() <= kLongest && std::all_of(name.begin(), name.end(), is_name_character);
 }
 
+/// By trying, and nothing is left behind: a privileged user has every permission in /proc, which keeps no
+/// files. A full disk is no fault of the folder.
+bool takes_files(const fs::path& folder) {
+  constexpr ::mode_t kOwn = 0600;
+  const int file = ::open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, kOwn);
+  if (file >= 0) return ::close(file) == 0;
+  if (errno == EOPNOTSUPP || errno == EISDIR) {
+    std::string name = (folder / ".resonid-XXXXXX").string();
+    if (::mkdtemp(name.data()) != nullptr) return ::rmdir(name.c_str()) == 0;
+  }
+  return errno == ENOSPC || errno == EDQUOT;
+}
+
 /// Folder of its own: another process cannot be kept from changing it afterwards.
 bool can_be_made_or_written(const fs::path& folder) {
   std::error_code code;
   fs::path there = fs::absolute(folder, code);
   while (!fs::exists(there, code) && there.has_relative_path()) there = there.parent_path();
-  return fs::is_directory(there, code) && ::access(there.c_str(), W_OK | X_OK) == 0;
+  return fs::is_directory(there, code) && ::access(there.c_str(), W_OK | X_OK) == 0 && takes_files(there);
+}
+
+/// Names of columns that lines at the beginning of a CSV file tell, and of a large one those that come last;
+/// empty: none does.
+std::vector<std::string> columns_in(const fs::path& path) {
+  constexpr std::size_t kWithin = 1'000'000;  // bytes at either end
+  std::error_code code;
+  if (!fs::is_regular_file(path, code)) return {};
+  FaultLog unheard;
+  TextDecoder decoder({}, unheard);
+  std::vector<std::string> names;
+  const auto add = [&](const auto& more) {
+    for (const auto& name : more)
+      if (std::find(names.begin(), names.end(), name) == names.end()) names.emplace_back(name);
+  };
+  std::ifstream stream(path, std::ios::binary);
+  const auto decode = [&] {
+    std::string text(kWithin, '\0');
+    stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+    text.resize(static_cast<std::size_t>(stream.gcount()));
+    decoder.add(text, [&](const Arrival& arrival) { add(arrival.columns); });
+    add(decoder.names());
+  };
+  decode();
+  const auto bytes = fs::file_size(path, code);
+  if (code || bytes <= 2 * kWithin) return names;
+  decoder.seek(bytes - kWithin);
+  stream.seekg(static_cast<std::streamoff>(bytes - kWithin));
+  std::string half;
+  std::getline(stream, half);
+  decode();
+  return names;
 }
 
 /// What two of which cannot be, with who has it.
@@ -352,15 +401,16 @@ class Checker {
     const bool sound = table(path, faults(a));
     const bool sound_alarms = alarms_of_one(path + ".alarms", a.alarms);
     if (!a.source.empty()) belongs(path, own, a);
+    if (!tells_controller(a.controller)) readable(path + ".controller", a.controller);
+    readable(path + ".start", a.start);
+    readable(path + ".baseline", a.baseline);
     if (!sound || !sound_alarms || !is_read(path) || !is_read("alarms")) return;
     without_effect(path + ".alarms", a.alarms, c_.alarms, {&a});
     std::vector<std::string> notes;
     auto spec = axis_spec_of(c_, own, a, 1.0, notes);
     for (auto& note : notes) findings_.notes.push_back({path, std::move(note)});
     if (spec) return;
-    Error fault = spec.error();
-    fault.field = path + "." + fault.field.str();
-    findings_.errors.push_back(std::move(fault));
+    for (const auto& fault : spec.error()) error(path + "." + fault.field.str(), fault.requirement.str());
   }
 
   /// What is wrong with those of all axes is told there.
@@ -447,6 +497,7 @@ class Checker {
   }
 
   void belongs(const std::string& path, const std::string& own, const AxisConfig& a) {
+    used_.insert(a.source);
     if (!is_read("source." + a.source)) return;
     const auto source = c_.sources.tables.find(a.source);
     if (source == c_.sources.tables.end()) {
@@ -456,7 +507,6 @@ class Checker {
                                                  io::in_quotes(a.source), io::suggestion(a.source, names),
                                                  names.empty() ? "none" : io::listed(names)));
     }
-    used_.insert(a.source);
     const std::string& channel = a.channel.empty() ? own : a.channel;
     if (is_unread(path + ".channel")) return;
     const std::string who = channels_.claim(a.source + '\n' + channel, path);
@@ -471,16 +521,31 @@ class Checker {
               fmt::format("found {}{}, required an experiment of source {}: {}", io::in_quotes(channel),
                           io::suggestion(channel, drives), io::in_quotes(a.source), io::listed(drives)));
     }
-    const auto& columns = source->second.columns;
+    const auto& columns = columns_of(source->second);
     for (const auto& [key, column] :
          {std::pair{"input", &a.input}, std::pair{"output", &a.output},
           std::pair{"excitation", &a.excitation}, std::pair{"position", &a.position}})
       if (const auto count = std::count(columns.begin(), columns.end(), *column);
-          !column->empty() && !columns.empty() && count != 1)
-        error(path + "." + key,
-              fmt::format("found {}{}, required {} column of source {}: {}", io::in_quotes(*column),
-                          count == 0 ? io::suggestion(*column, columns) : ", the name of several",
-                          count == 0 ? "a" : "one", io::in_quotes(a.source), io::listed(columns)));
+          !column->empty() && !columns.empty() && count != 1) {
+        std::string text =
+            fmt::format("found {}{}, required {} column of source {}: {}", io::in_quotes(*column),
+                        count == 0 ? io::suggestion(*column, columns) : ", the name of several",
+                        count == 0 ? "a" : "one", io::in_quotes(a.source), io::listed(columns));
+        // What a file has now it need not have tomorrow.
+        if (source->second.columns.empty())
+          warn(path + "." + key, std::move(text));
+        else
+          error(path + "." + key, std::move(text));
+      }
+  }
+
+  /// As told, else as a file that is there tells them; empty: they are not known beforehand.
+  const std::vector<std::string>& columns_of(const SourceConfig& s) {
+    const bool in_file = s.kind == SourceKind::file && s.format == SampleFormat::csv && !s.path.empty();
+    if (!in_file || !s.columns.empty()) return s.columns;
+    const auto [place, is_new] = columns_.try_emplace(s.path);
+    if (is_new) place->second = columns_in(c_.file(s.path));
+    return place->second;
   }
 
   void unused_sources() {
@@ -495,6 +560,9 @@ class Checker {
       const double channels = 2.0 + (a.excitation.empty() ? 0.0 : 1.0) + (a.position.empty() ? 0.0 : 1.0);
       bytes += a.ring_s * a.sample_rate_hz * channels * sizeof(double);
     }
+    const auto& errors = findings_.errors;
+    if (std::any_of(errors.begin(), errors.end(), [](const Error& e) { return e.field == "monitor.data"; }))
+      return;
     std::error_code code;
     fs::path folder = fs::absolute(c_.file(c_.monitor.data), code);
     while (!fs::exists(folder, code) && folder.has_relative_path()) folder = folder.parent_path();
@@ -508,7 +576,8 @@ class Checker {
   const Origin& origin_;
   Findings findings_;
   Claims ports_, clients_, channels_;
-  std::set<std::string> used_;  ///< Sources.
+  std::set<std::string> used_;                               ///< Sources.
+  std::map<std::string, std::vector<std::string>> columns_;  ///< By file.
 };
 
 }  // namespace

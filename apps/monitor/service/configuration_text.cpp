@@ -131,8 +131,9 @@ Required are `[monitor]` with `data`, and an `[axis.NAME]` with its source; ever
 default, may be left out. "Only for" names the values of `kind` for which a key exists; in a source of another kind it is an
 error. Names of sources and axes are 1 ... 64 letters, digits, `_`, `-` and `.`; with a dot they stand in quotes:
 `[axis."line.3"]`. Numbers are finite; only limits of alarms may be `inf` and `-inf`. Units are those of a rotary drive; with
-`motion = "linear"` read kg for kgm2, N for Nm, N/m for Nm/rad and m for rad. A key that ends in `_hz`, `_s` or `_bytes`
-carries its unit. Files are named relative to the folder of the configuration.
+`motion = "linear"` read kg for kgm2, N for Nm, N/m for Nm/rad and m for rad; of an input in A without `torque_constant` (in %
+without `rated_torque`) A (%) for Nm: stiffness in A/rad, inertias in A s2/rad, limits of alarms too. A key that ends in
+`_hz`, `_s` or `_bytes` carries its unit. Files are named relative to the folder of the configuration.
 
 Passwords and tokens never stand in the configuration but in files of their own, which only the service should be able to
 read. They are not printed, stored, or part of any digest.
@@ -142,7 +143,11 @@ read. They are not printed, stored, or part of any digest.
 `resonid monitor --check FILE.toml` says all that can be known beforehand, one line for each error, warning or note, with file, line
 and column, what was found and what is required; of `--data` and `--listen` with the option. Of what hangs on a key that cannot
 be read nothing is said until it can be. The service does not start with an error. A `note` says what was assumed and
-converted of an axis' units: read them, no program can check them. Errors are also keys that can have no effect: a
+converted of an axis' units: read them, no program knows what a drive sends. Units that contradict one another are errors:
+of torque or angle with `motion = "linear"`, of force or length without it, of another quantity than `output_quantity`, or of
+another than the column's name tells where no scale converts it. Columns that a CSV file that is there has not in its line of names are warned of.
+Two of `input`, `output` and `excitation` are one column in open loop only: the input may be the excitation, the output neither.
+What the [service](monitor_service.md) alone can know, a port that is in use, is not looked at. Errors are also keys that can have no effect: a
 `torque_constant` without an input in A, a limit of a margin without a `controller`, of the gap without a `baseline`, of dry
 friction without `friction = "dry"` (or `"both"`), or of stiffness, inertias, damping or load torque with a `method` other than
 `"auto"` and `"physical"`. What `[alarms]` says of all axes is one where no axis at all can obey it.

@@ -14,6 +14,7 @@
 #include <resonid/report/json.hpp>
 #include <resonid/resonid.hpp>
 
+#include "cli/option_names.hpp"
 #include "monitor/service/raw_csv.hpp"
 
 namespace resonid::monitor {
@@ -28,16 +29,14 @@ std::string without_folder(std::string text, const std::filesystem::path& file) 
 }
 
 /// With the command that makes the report of the file as a person downloads it.
-report::Provenance provenance_of_evidence(const InstalledAxis& axis, const std::filesystem::path& file,
+report::Provenance provenance_of_evidence(const InstalledAxis& axis, const std::string& name,
                                           const std::string& version, const std::string& sha256) {
-  const std::string name = file.filename().string();
   InstalledAxis told = axis;
   if (const std::filesystem::path controller = told.controller; controller.is_absolute())
     told.controller = controller.filename().string();
   report::Provenance p;
   p.version = version;
-  p.command = fmt::format("resonid identify {} --time t_s {} --report {}", name, identify_options(told),
-                          std::filesystem::path(name).replace_extension(".html").string());
+  p.command = identify_command(told, name);
   p.date = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
   p.files.push_back({name, sha256});
   return p;
@@ -57,27 +56,28 @@ io::ColumnMapping evidence_columns(const InstalledAxis& axis) {
   return columns;
 }
 
-expected<std::string, std::string> evidence_report(const InstalledAxis& axis,
-                                                   const std::filesystem::path& file,
-                                                   const std::string& version) {
-  const auto why_not = [&file](const Error& error) {
-    return tl::unexpected(without_folder(message_of(error), file));
-  };
+expected<std::string, NoReport> evidence_report(const InstalledAxis& axis, const std::filesystem::path& file,
+                                                const std::string& version) {
   const auto hash = [&file] { return io::sha256_of_file(file.string()).value_or(""); };
   const std::string sha256 = hash();
+  const auto why_not = [&](const Error& error) {
+    // The options are those of the command that a person would repeat it with.
+    return tl::unexpected(NoReport{without_folder(cli::in_options(error), file), hash() == sha256});
+  };
   auto record = io::read_record(file, evidence_columns(axis));
   if (!record) return why_not(record.error());
-  record->source = file.filename().string();
+  const std::string name = downloaded_name(file.stem().string());
+  record->source = name;
   const auto result = identify(*record, axis.spec.track.common);
   if (!result) return why_not(result.error());
   auto data = report::page_json(*result, *record);
-  report::put_provenance(data, provenance_of_evidence(axis, file, version, sha256));
+  report::put_provenance(data, provenance_of_evidence(axis, name, version, sha256));
   std::string page = report::page(data);
   if (hash() != sha256) return page;  // there is more now, which the next report is made of
   if (const auto written =
           io::write_file_atomically(std::filesystem::path(file).replace_extension(".html"), page);
       !written)
-    return why_not(written.error());
+    return tl::unexpected(NoReport{without_folder(message_of(written.error()), file), false});
   return page;
 }
 

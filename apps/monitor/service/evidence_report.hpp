@@ -13,11 +13,17 @@ namespace resonid::monitor {
 /// How evidence_report() reads the file.
 [[nodiscard]] io::ColumnMapping evidence_columns(const InstalledAxis& axis);
 
-/// The page of `identify` over raw samples of an axis that a file holds (raw_csv()), as told for the axis,
-/// with the version of the program and the command that makes it from the file; kept beside the file. Else
-/// why there is none.
-[[nodiscard]] expected<std::string, std::string> evidence_report(const InstalledAxis& axis,
-                                                                 const std::filesystem::path& file,
-                                                                 const std::string& version);
+/// Why there is no report, in the words of the command line.
+struct NoReport {
+  std::string text;
+  bool lasts = true;  ///< The samples are so: to ask again does not help.
+};
+
+/// The page of `identify` over raw samples of an axis that the file ALARM.csv has (raw_csv()), as told for
+/// the axis, with the version of the program and the command that makes it from the file as it is downloaded;
+/// kept beside the file.
+[[nodiscard]] expected<std::string, NoReport> evidence_report(const InstalledAxis& axis,
+                                                              const std::filesystem::path& file,
+                                                              const std::string& version);
 
 }  // namespace resonid::monitor

@@ -30,9 +30,9 @@ std::optional<Problem> refusal_of(monitoring::ActionKind kind, const monitoring:
     return conflict("the alarm is not latched: it ends by itself once it has cleared");
   if (kind == K::reset && !alarm.acknowledged) return conflict("the alarm must be acknowledged first");
   if (kind == K::shelve && seconds && *seconds <= 0.0)
-    return Problem{Problem::Kind::invalid, "until", "the end of shelving must lie ahead"};
+    return Problem{Problem::Kind::invalid, "until_time_s", "the end of shelving must lie ahead"};
   if (kind == K::shelve && seconds && *seconds > longest_s)
-    return Problem{Problem::Kind::invalid, "until",
+    return Problem{Problem::Kind::invalid, "until_time_s",
                    fmt::format("the end of shelving lies {:.1f} h ahead; at most {:.1f} h are required "
                                "(longest_shelving_s of the alarm)",
                                *seconds / 3600.0, longest_s / 3600.0)};
@@ -96,12 +96,18 @@ Answer<void> LiveBackend::act(const web::Action& action) {
       return no(Problem::Kind::conflict, "axis",
                 fmt::format("a baseline is made of trusted estimates, which there are none of now: {}",
                             status.why.empty() ? "the axis does not follow its drive" : status.why));
+  // What is asked while the axis learns is done, and known here, once it has.
+  if (action.kind == web::ActionKind::end_maintenance && live->phase == monitoring::Phase::following &&
+      live->maintenance_until_ns == 0)
+    return no(Problem::Kind::conflict, "axis", "the axis is not in maintenance");
   std::optional<double> seconds_from_now;
   if (std::isfinite(action.until_time_s)) seconds_from_now = action.until_time_s - seconds(now_ns());
   if (kind < K::maintenance)
     if (auto refused = refusal_of(kind, live->alarms[alarm.index()], seconds_from_now,
-                                  monitor::longest_shelving_s(rules_[*index], alarm)))
+                                  monitor::longest_shelving_s(rules_[*index], alarm))) {
+      if (refused->kind == Problem::Kind::invalid && action.in_seconds) refused->field = "seconds";
       return tl::unexpected(std::move(*refused));
+    }
   if (const auto done = engine_.act(*index, kind, alarm, seconds_from_now, action.who, action.reason); !done)
     return no(Problem::Kind::unavailable, "axis", done.error().requirement.str());
   return {};

@@ -266,7 +266,7 @@ Answer<std::string> LiveBackend::raw(const std::string& axis, double from_s, dou
   if (!index) return tl::unexpected(index.error());
   const Axis& a = axes_[*index];
   const auto asked = samples_between(*a.ring, *engine_.live(*index), ns_of(from_s), ns_of(to_s));
-  auto text = raw_csv(*a.ring, *a.installed, {asked.from, asked.to});
+  auto text = raw_csv(*a.ring, *a.installed, {asked.from, asked.to}, axis + ".csv");
   if (!text.empty()) return text;
   return no(
       Problem::Kind::not_found, "from",
@@ -315,8 +315,22 @@ Answer<std::vector<web::Alarm>> LiveBackend::alarms(const web::AlarmQuestion& q)
     if (is_among(record, q) && std::none_of(unwritten.begin(), unwritten.end(),
                                             [&](const auto& newer) { return newer.id == record.id; }))
       all.push_back(told(record));
+  if (all.empty() && !q.axis.empty())
+    if (const auto known = knows(q.axis, unwritten); !known) return tl::unexpected(known.error());
   if (all.size() > limit) all.resize(limit);
   return all;
+}
+
+/// Whether it is configured, or was once and had an alarm.
+Answer<void> LiveBackend::knows(const std::string& axis, const std::vector<AlarmRecord>& unwritten) const {
+  const auto index = index_of(axis);
+  if (index || std::any_of(unwritten.begin(), unwritten.end(),
+                           [&](const auto& record) { return record.axis == axis; }))
+    return {};
+  const auto found = reader_.alarms(AlarmFilter::all, axis, 1);
+  if (!found) return broken(found.error());
+  if (found->empty()) return tl::unexpected(index.error());
+  return {};
 }
 
 Answer<web::AlarmCounts> LiveBackend::active_alarms() const {
@@ -397,7 +411,9 @@ Answer<std::string> LiveBackend::report(std::uint64_t alarm) const {
   if (!one.owns_lock())
     return no(Problem::Kind::unavailable, "id", "another report is being made; try again in half a minute");
   auto page = evidence_report(*axes_[*index].installed, csv, installation_.version);
-  if (!page) return no(Problem::Kind::unavailable, "id", "its raw samples show no result: " + page.error());
+  if (!page)
+    return no(page.error().lasts ? Problem::Kind::conflict : Problem::Kind::unavailable, "id",
+              "its raw samples show no result: " + page.error().text);
   return std::move(*page);
 }
 

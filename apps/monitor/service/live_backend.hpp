@@ -63,6 +63,8 @@ class LiveBackend : public web::Backend {
 
  private:
   [[nodiscard]] web::Answer<std::size_t> index_of(const std::string& axis) const;
+  [[nodiscard]] web::Answer<void> knows(const std::string& axis,
+                                        const std::vector<AlarmRecord>& unwritten) const;
   [[nodiscard]] double longest_shelving_s(std::size_t index) const;
   [[nodiscard]] AxisView view_of(std::size_t index, const LiveAxis& live) const;
   [[nodiscard]] web::AxisStatus status_of(std::size_t index, const LiveAxis& live) const;

@@ -52,6 +52,13 @@ std::string identify_options(const InstalledAxis& axis) {
   return options;
 }
 
+std::string downloaded_name(std::string_view alarm_id) { return fmt::format("alarm-{}.csv", alarm_id); }
+
+std::string identify_command(const InstalledAxis& axis, const std::string& file) {
+  return fmt::format("resonid identify {} --time t_s {} --report {}.html", file, identify_options(axis),
+                     std::string_view(file).substr(0, file.rfind('.')));
+}
+
 std::uint64_t oldest_sample(const Ring& ring) {
   const auto oldest = ring.piece(ring.begin(), 1);
   return oldest.samples > 0 ? oldest.first_sample : ring.next_sample();
@@ -64,13 +71,13 @@ Stretch copied(const Ring& ring, const InstalledAxis& axis, Stretch asked) {
   return asked;
 }
 
-std::string raw_csv(const Ring& ring, const InstalledAxis& axis, Stretch asked) {
+std::string raw_csv(const Ring& ring, const InstalledAxis& axis, Stretch asked, const std::string& name) {
   std::string text;
   const auto [from, to] = copied(ring, axis, asked);
   if (from >= to) return text;
   const auto out = std::back_inserter(text);
-  fmt::format_to(out, "# axis {}, samples {} to {}; resonid identify THIS.csv --time t_s {}\nt_s",
-                 axis.spec.name, from, to, identify_options(axis));
+  fmt::format_to(out, "# axis {}, samples {} to {}; {}\nt_s", axis.spec.name, from, to,
+                 identify_command(axis, name));
   const bool excitation = axis.spec.has_excitation, position = axis.spec.has_position;
   text += excitation ? ",ru,u,y" : ",u,y";
   text += position ? ",position\n" : "\n";

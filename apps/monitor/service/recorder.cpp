@@ -186,6 +186,8 @@ void Recorder::write(bool last) {
 
 /// Whether nothing is left to be written; then without the messages that are known.
 bool Recorder::commit(Status& status, std::vector<OutboxRecord>& messages, bool last) {
+  status.fault = store_.lost();
+  if (!status.fault.empty()) return backlog_.empty();
   if (backlog_.empty()) return true;
   const auto begin = std::chrono::steady_clock::now();
   if (begin < commit_again_ && !last) {
@@ -370,7 +372,7 @@ void Recorder::copy_evidence(Batch& batch, std::int64_t now, bool last) {
     // What is told to be in it is what a next process goes by (find_evidence()).
     const auto [from, to] = copied(*axis.ring, *axis.installed, {e.from, e.to});
     if (to <= e.known_to) return true;  // nothing came since
-    const std::string text = raw_csv(*axis.ring, *axis.installed, {from, to});
+    const std::string text = raw_csv(*axis.ring, *axis.installed, {from, to}, downloaded_name(e.alarm_id));
     if (text.empty()) return true;  // the machine stood still for longer than the ring is
     const std::string name = e.alarm_id + ".csv";
     const auto written = io::write_file_atomically(folder_of_evidence() / name, text);

@@ -79,6 +79,13 @@ Replay replay_of(data::Record record, const identification::TrackOptions& option
   return replay;
 }
 
+std::optional<Error> motion_fault(const data::Record& record) {
+  auto fault = motion_fault(record.motion, ColumnUnit{record.input.name, record.input.unit},
+                            ColumnUnit{record.output.name, record.output.unit});
+  if (!fault) return std::nullopt;
+  return Error{"motion", std::move(*fault)};
+}
+
 expected<Replay, Error> replay_of(const Configuration& configuration, const std::string& axis,
                                   const std::filesystem::path& path) {
   const auto& axes = configuration.axes.tables;

@@ -24,6 +24,9 @@ struct Replay {
 [[nodiscard]] Replay replay_of(data::Record record, const identification::TrackOptions& options,
                                std::string controller, std::size_t every);
 
+/// What contradicts the motion of a recording in its units: the monitor would name its figures wrongly.
+[[nodiscard]] std::optional<Error> motion_fault(const data::Record& record);
+
 /// A recording in the place of the source of an axis, whose columns, units, rate and settings count. Errors:
 /// as io::read_record(), in the keys of the configuration; no such axis.
 [[nodiscard]] expected<Replay, Error> replay_of(const Configuration& configuration, const std::string& axis,

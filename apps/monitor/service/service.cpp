@@ -230,7 +230,9 @@ struct Service::Parts {
       if (!axis) return std::move(axis.error());
       axes.push_back(std::move(*axis));
     }
-    engine = std::make_unique<Engine>(std::move(axes), installation.engine);
+    EngineOptions options_of_engine = installation.engine;
+    options_of_engine.refused = [this](std::size_t i) { return !intakes[i]->refusal().empty(); };
+    engine = std::make_unique<Engine>(std::move(axes), std::move(options_of_engine));
     auto known = reader->alarms(AlarmFilter::open, std::nullopt, kMostKnownAlarms);
     if (!known) return store_error(known.error());
     auto recorders_reader = Reader::open(file);

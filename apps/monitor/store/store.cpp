@@ -68,7 +68,7 @@ Store::Impl::Lock::Lock(const std::string& path)
   if (descriptor_ >= 0 && code == EWOULDBLOCK)
     throw SqliteFailure(
         StoreFault::locked,
-        fmt::format("'{}' is written by another process; end it, or name another file", path));
+        fmt::format("'{}' is written by another process; end it, or name another folder", path));
   throw SqliteFailure(
       code == EACCES || code == EROFS ? StoreFault::read_only
       : code == ENOSPC                ? StoreFault::full
@@ -315,6 +315,16 @@ void Store::Impl::truncate_log() noexcept {
   sqlite3_busy_timeout(connection_.handle(), options.busy_ms);
 }
 
+std::string Store::Impl::lost() const {
+  int moved = 0;
+  if (sqlite3_file_control(connection_.handle(), "main", SQLITE_FCNTL_HAS_MOVED, &moved) != SQLITE_OK ||
+      moved == 0)
+    return {};
+  return fmt::format(
+      "'{}' or its folder was removed or replaced; put it back, or restart the service, which begins anew",
+      path);
+}
+
 void Store::Impl::recover(StoreFault fault) noexcept {
   axes_.clear();
   fresh_.reset();
@@ -344,6 +354,7 @@ expected<Upkeep, StoreError> Store::upkeep(std::int64_t now_ns) {
 }
 
 void Store::set_retention(const Retention& retention) { impl_->options.retention = retention; }
+std::string Store::lost() const { return impl_->lost(); }
 std::uint64_t Store::file_bytes() const { return size_of(impl_->path); }
 std::uint64_t Store::wal_bytes() const { return size_of(impl_->path + "-wal"); }
 

@@ -72,6 +72,10 @@ class Store {
 
   void set_retention(const Retention& retention);
 
+  /// Why nothing that is written from now on can be found again: the file, or its folder, was removed or
+  /// replaced. SQLite itself goes on with what nobody can open any more. Empty: it is there.
+  [[nodiscard]] std::string lost() const;
+
   /// Size of the database file and of its log.
   [[nodiscard]] std::uint64_t file_bytes() const;
   [[nodiscard]] std::uint64_t wal_bytes() const;

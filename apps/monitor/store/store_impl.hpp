@@ -23,6 +23,7 @@ class Store::Impl {
 
   Committed commit(const Batch& batch);
   Upkeep upkeep(std::int64_t now_ns);
+  [[nodiscard]] std::string lost() const;
   /// After a fault: forgets what was taken for written, and makes room in the log.
   void recover(StoreFault fault) noexcept;
 

@@ -138,9 +138,15 @@ ApiReply get_response(const Call& call) {
               [](const AxisResponse& response) { return response_json(response); });
 }
 ApiReply get_history(const Call& call) {
-  const auto question = history_question(call.request.params, call.parts.now_s());
+  const std::string& axis = call.names.front();
+  double now_s = call.parts.now_s();
+  // Samples may be ahead of our clock: their sender's differs, or they come faster than in real time.
+  if (!call.request.has_param("to"))
+    if (const auto asked = call.parts.backend.axis(axis))
+      now_s = std::max({now_s, asked->status.newest_time_s, asked->status.time_s});
+  const auto question = history_question(call.request.params, now_s);
   if (!question) return refused(question.error());
-  return json(call.parts.backend.history(call.names.front(), *question), history_json);
+  return json(call.parts.backend.history(axis, *question), history_json);
 }
 ApiReply get_raw(const Call& call) {
   const auto asked = raw_interval(call.request.params);
@@ -191,6 +197,8 @@ ApiReply get_stream(const Call& call) {
   reply.axis = call.request.get_param_value("axis");
   if (call.request.has_param("axis") && !is_axis_name(reply.axis))
     return refused(400, "axis", "letters, digits, '_', '.' and '-' are required, 64 at most");
+  if (!reply.axis.empty())
+    if (const auto known = call.parts.backend.axis(reply.axis); !known) return refused(known.error());
   reply.type = "text/event-stream";
   reply.stream = true;
   return reply;
@@ -312,14 +320,17 @@ std::optional<ApiReply> forbidden(const ApiRules& rules, const httplib::Request&
   if (access == Access::open) return std::nullopt;
   const auto token = token_of(request, access);
   const bool may_write = same_token(token, rules.write_token);
-  const auto unauthorized = [](std::string_view message) {
-    auto reply = refused(401, "authorization", message);
+  const auto unauthorized = [&](std::string_view what_for) {
+    auto reply =
+        refused(401, "authorization",
+                token.empty() ? fmt::format("a token is required to {}", what_for)
+                              : fmt::format("the token is wrong, another one is required to {}", what_for));
     reply.headers.emplace_back("WWW-Authenticate", "Bearer");
     return reply;
   };
   if (access != Access::write) {
     if (rules.read_token.empty() || may_write || same_token(token, rules.read_token)) return std::nullopt;
-    return unauthorized("a token is required to read");
+    return unauthorized("read");
   }
   // A page of another origin cannot leave these headers out.
   const auto origin = request.get_header_value("Origin");
@@ -336,7 +347,7 @@ std::optional<ApiReply> forbidden(const ApiRules& rules, const httplib::Request&
   if (!rules.write_token.empty() && !may_write) {
     if (same_token(token, rules.read_token))
       return refused(403, "authorization", "this token is for reading only");
-    return unauthorized("a token is required to write");
+    return unauthorized("write");
   }
   const auto type = lower(request.get_header_value("Content-Type"));
   if (type.substr(0, type.find(';')) != kJson)

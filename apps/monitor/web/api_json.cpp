@@ -94,6 +94,12 @@ Json status(const AxisStatus& axis, bool full) {
   }
   if (!full) return json;
   json["motion"] = name_of(axis.motion);
+  const auto& u = axis.units;
+  json["units"] = {{"inertia", u.inertia},
+                   {"stiffness", u.stiffness},
+                   {"damping", u.damping},
+                   {"torque", u.torque},
+                   {"response", u.response}};
   put(json, "rate_hz", axis.rate_hz);
   const auto& n = axis.samples;
   json["samples"] = {{"received", n.received},

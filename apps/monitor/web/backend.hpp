@@ -9,6 +9,7 @@
 #include <resonid/base/enum_names.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/data/record.hpp>
+#include <resonid/identification/result.hpp>
 #include <resonid/online/axis_result.hpp>
 #include <span>
 #include <string>
@@ -78,7 +79,8 @@ struct AxisStatus {
   bool trusted = false;
   online::AxisVerdict verdict = online::AxisVerdict::not_measured;
   std::string why;                             ///< The verdict in words.
-  data::Motion motion = data::Motion::rotary;  ///< Decides the units of the figures.
+  data::Motion motion = data::Motion::rotary;  ///< Decides the names of the figures.
+  identification::Units units;                 ///< In which the figures are.
   double time_s = kUnknown;                    ///< When the newest row's machine was so.
   double age_s = kUnknown;      ///< Since the newest sample's time; while nothing is followed, since it came.
   double latency_s = kUnknown;  ///< From a sample's time to its row.
@@ -279,6 +281,7 @@ struct Action {
   std::string axis;
   std::string who, reason;
   double until_time_s = kUnknown;  ///< End of shelving or maintenance.
+  bool in_seconds = false;         ///< It was given as seconds from now.
 };
 
 struct SourceStatus {

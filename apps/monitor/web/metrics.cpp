@@ -4,12 +4,17 @@
 #include <fmt/compile.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <iterator>
 #include <numbers>
 #include <string_view>
 #include <utility>
+#include <vector>
+
+#include "io/units.hpp"
+#include "monitoring/axis_spec.hpp"
 
 namespace resonid::monitor::web {
 namespace {
@@ -85,7 +90,7 @@ class Exposition {
 /// A figure of drives that turn and of those that run straight, whose unit may differ.
 struct FigureFamily {
   Watched figure;
-  std::string_view rotary, linear;  ///< Equal: one family for both.
+  std::string_view rotary, linear;  ///< Equal, and their units too: one family for both.
   std::string_view unit_rotary, unit_linear;
   std::string_view side;  ///< A further label, or empty.
   double factor = 1.0;
@@ -117,28 +122,119 @@ constexpr FigureFamily kFigureFamilies[] = {
 };
 static_assert(std::size(kFigureFamilies) == monitoring::kWatched);
 
+/// A figure's name behind its stem, and what makes its value that.
+struct MetricUnit {
+  std::string text;
+  double factor = 1.0;
+  std::string_view unit_label = {};  ///< Told in a label, where no name would be true.
+};
+
+/// `resonid_stiffness_amperes_per_radian`; what Prometheus has no word for is told in a label.
+MetricUnit own_metric_unit(Watched figure, const identification::Units& units, std::string_view own) {
+  const MetricUnit labelled{"_own_units", 1.0, own};
+  const auto input = io::known_unit(units.input);
+  if (!input) return labelled;
+  std::string_view one = "_ratio", many = "_ratio";
+  if (input->dimension == io::Dimension::current) {
+    one = "_ampere";
+    many = "_amperes";
+  } else if (input->dimension == io::Dimension::voltage) {
+    one = "_volt";
+    many = "_volts";
+  } else if (input->dimension != io::Dimension::ratio) {
+    return labelled;
+  }
+  const double factor = input->factor;
+  if (figure == Watched::coulomb_friction || figure == Watched::load_torque)
+    return {std::string(many), factor};
+  const bool angle = units.velocity == "rad/s";
+  if (!angle && units.velocity != "m/s") return labelled;
+  const auto per = [&](std::string_view above) {
+    return MetricUnit{fmt::format("{}_per_{}", above, angle ? "radian" : "meter"), factor};
+  };
+  if (figure == Watched::stiffness) return per(many);
+  return per(fmt::format("{}_seconds{}", one, figure == Watched::damping ? "" : "_squared"));
+}
+
+MetricUnit metric_unit(const FigureFamily& f, const AxisStatus& axis) {
+  if (!axis.units.physical)
+    if (const auto own = monitoring::unit_of(f.figure, axis.units); !own.empty())
+      return own_metric_unit(f.figure, axis.units, own);
+  const bool linear = axis.motion == data::Motion::linear;
+  const auto unit = linear ? f.unit_linear : f.unit_rotary;
+  return {std::string(unit), unit == "_grams" ? 1000.0 : f.factor};
+}
+
+/// Axes whose figures are in the same units: many axes are of few.
+struct UnitSystem {
+  const AxisStatus* first;  ///< The first such axis.
+  std::vector<std::size_t> axes;
+
+  [[nodiscard]] bool takes(const AxisStatus& axis) const {
+    const auto& a = first->units;
+    const auto& b = axis.units;
+    return first->motion == axis.motion && a.physical == b.physical && a.input == b.input &&
+           a.velocity == b.velocity;
+  }
+};
+
+std::vector<UnitSystem> unit_systems(const std::vector<AxisStatus>& axes) {
+  std::vector<UnitSystem> systems;
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    const auto at =
+        std::find_if(systems.begin(), systems.end(), [&](const auto& s) { return s.takes(axes[i]); });
+    if (at != systems.end())
+      at->axes.push_back(i);
+    else
+      systems.push_back({&axes[i], {i}});
+  }
+  return systems;
+}
+
 void figure_families(Exposition& to, const std::vector<AxisStatus>& axes,
                      const std::vector<std::string>& labels) {
-  for (const bool linear : {false, true})
-    for (const bool deviation : {false, true})
+  const auto systems = unit_systems(axes);
+  // Samples of a family stand together, whichever figures (both sides) and units (both motions) it has.
+  struct Part {
+    const FigureFamily* figure;
+    const UnitSystem* system;
+    MetricUnit unit;
+  };
+  std::vector<std::pair<std::string, std::vector<Part>>> families;
+  const auto family = [&](std::string name) -> std::vector<Part>& {
+    const auto at =
+        std::find_if(families.begin(), families.end(), [&](const auto& f) { return f.first == name; });
+    return at != families.end() ? at->second
+                                : families.emplace_back(std::move(name), std::vector<Part>{}).second;
+  };
+  for (const bool deviation : {false, true}) {
+    families.clear();
+    for (const auto& system : systems)
       for (const auto& f : kFigureFamilies) {
-        const auto stem = linear ? f.linear : f.rotary, unit = linear ? f.unit_linear : f.unit_rotary;
-        const bool both = f.rotary == f.linear && f.unit_rotary == f.unit_linear;
-        if (linear && both) continue;
-        const auto name = fmt::format("resonid_{}{}{}", stem, deviation ? "_std" : "", unit);
-        const auto help = fmt::format("{}{}.", f.help, deviation ? ", standard deviation" : "");
-        if (f.side != "load") to.family(name, "gauge", help);  // both sides are of one family
-        for (std::size_t i = 0; i < axes.size(); ++i) {
-          if (!both && (axes[i].motion == data::Motion::linear) != linear) continue;
-          const auto& now = axes[i].figures[static_cast<std::size_t>(f.figure)].now;
-          const double factor = linear && unit == "_grams" ? 1000.0 : f.factor;
-          const double value = factor * (deviation ? now.std : now.value);
-          if (f.side.empty())
+        auto unit = metric_unit(f, *system.first);
+        const bool linear = system.first->motion == data::Motion::linear;
+        const auto stem = linear ? f.linear : f.rotary;
+        auto& parts = family(fmt::format("resonid_{}{}{}", stem, deviation ? "_std" : "", unit.text));
+        parts.push_back({&f, &system, std::move(unit)});
+      }
+    for (const auto& [name, parts] : families) {
+      to.family(name, "gauge",
+                fmt::format("{}{}.", parts[0].figure->help, deviation ? ", standard deviation" : ""));
+      for (const auto& [figure, system, unit] : parts) {
+        std::string further;
+        if (!figure->side.empty()) further = fmt::format(",side=\"{}\"", figure->side);
+        if (!unit.unit_label.empty()) further += fmt::format(",unit=\"{}\"", label(unit.unit_label));
+        for (const auto i : system->axes) {
+          const auto& now = axes[i].figures[static_cast<std::size_t>(figure->figure)].now;
+          const double value = unit.factor * (deviation ? now.std : now.value);
+          if (further.empty())
             to.sample(labels[i], value);
           else
-            to.sample(fmt::format("{},side=\"{}\"", labels[i], f.side), value);
+            to.sample(labels[i] + further, value);
         }
       }
+    }
+  }
 }
 
 }  // namespace

@@ -238,6 +238,7 @@ Answer<Action> action_of(ActionKind kind, std::string_view body, double now_s) {
     return invalid(seconds != json.end() ? "seconds" : "until_time_s",
                    "an end that lies at most a year ahead is required");
   action.until_time_s = now_s + ahead;
+  action.in_seconds = seconds != json.end();
   return action;
 }
 

@@ -98,6 +98,74 @@ TEST(Check, TakesConstantsThatApply) {
     EXPECT_EQ(errors_of(folder, more), Texts{}) << more;
 }
 
+/// With columns of these names, and more keys.
+Texts errors_of_columns(const TemporaryFolder& folder, const std::string& input, const std::string& output,
+                        const std::string& more = "") {
+  std::string text(kLeast);
+  for (const auto& [old_name, name] : {std::pair("\"u\"", input), std::pair("\"y\"", output)})
+    text.replace(text.find(old_name), 3, '"' + name + '"');
+  return errors_of(folder, more, text);
+}
+
+TEST(Check, RefusesUnitsOfAnotherMotion) {
+  const TemporaryFolder folder;
+  const std::string linear = "motion = 'linear'";
+  EXPECT_TRUE(is_only(errors_of_columns(folder, "u_Nm", "n_rpm", linear),
+                      "m.toml:10:10: axis.x.motion: is linear, and the input 'u_Nm' is in Nm and the output "
+                      "'n_rpm' is in rpm; required rotary, or units of a linear drive",
+                      "N, A or % of the input"));
+  EXPECT_TRUE(is_only(errors_of_columns(folder, "u_A", "y_rad_s", linear), "m.toml:10:10: axis.x.motion",
+                      "the output 'y_rad_s' is in rad/s; required rotary, or"));
+  EXPECT_TRUE(is_only(errors_of_columns(folder, "u_Nm", "v_mm_s", linear), "m.toml:10:10: axis.x.motion",
+                      "the input 'u_Nm' is in Nm; required units of a linear drive"));
+  EXPECT_TRUE(
+      is_only(errors_of(folder, "output_unit = 'mm/s'"), "m.toml:5:1: [axis.x] has no key 'motion'",
+              "is rotary, and the output 'y' is in mm/s; required linear, or units of a rotary drive"));
+  EXPECT_TRUE(is_only(errors_of(folder, "input_unit = 'N'"), "m.toml:5:1: [axis.x] has no key 'motion'",
+                      "the input 'u' is in N"));
+  EXPECT_TRUE(is_only(errors_of_columns(folder, "u", "v_m_s", "motion = 'rotary'"),
+                      "m.toml:10:10: axis.x.motion", "the output 'v_m_s' is in m/s"));
+  EXPECT_TRUE(is_only(errors_of(folder, linear + "\ncounts_per_rev = 4096\noutput_unit = 'counts/s'"),
+                      "m.toml:11:18: axis.x.counts_per_rev", "output_scale, m/s per count"));
+}
+
+TEST(Check, RefusesUnitsOfAnotherQuantityThanTheNameTells) {
+  const TemporaryFolder folder;
+  EXPECT_TRUE(is_only(errors_of_columns(folder, "u_Nm", "y", "input_unit = 'A'"),
+                      "m.toml:10:14: axis.x.input_unit: found A, required another name of Nm",
+                      "or an input_scale that converts it"));
+  EXPECT_TRUE(is_only(errors_of_columns(folder, "u", "y_counts", "output_unit = 'rad/s'"),
+                      "m.toml:10:15: axis.x.output_unit: found rad/s, required another name of counts",
+                      "output_scale"));
+}
+
+TEST(Check, TakesUnitsThatFitTheMotion) {
+  const TemporaryFolder folder;
+  struct Case {
+    const char *input, *output, *more;
+  };
+  for (const auto& [input, output, more] :
+       {Case{"u_Nm", "n_rpm", ""}, Case{"u_N", "v_mm_s", "motion = 'linear'"},
+        Case{"u_A", "v_m_s", "motion = 'linear'\ntorque_constant = 40"},
+        Case{"u", "y", "motion = 'linear'\ninput_unit = '%'\nrated_torque = 900"},
+        Case{"u", "y_counts", "motion = 'linear'\noutput_quantity = 'position'"},
+        Case{"u_Nm", "n_rpm", "motion = 'linear'\ninput_scale = 628\noutput_scale = 1.7e-4"},
+        Case{"u_Nm", "y", "input_unit = 'A'\ninput_scale = 2"}, Case{"u_Nm", "y", "input_unit = 'mNm'"},
+        Case{"u_V", "y", "input_unit = 'Nm'"}, Case{"u_V", "y", ""},
+        Case{"u_Nm", "n_rpm", "position = 'x_mm'"}})
+    EXPECT_EQ(errors_of_columns(folder, input, output, more), Texts{})
+        << input << ' ' << output << ' ' << more;
+}
+
+TEST(Check, RefusesOneColumnForTwoSignals) {
+  const TemporaryFolder folder;
+  EXPECT_TRUE(is_only(errors_of_columns(folder, "u", "u"), "m.toml:9:10: axis.x.output",
+                      "found 'u', the column of the input; required another one"));
+  EXPECT_TRUE(is_only(errors_of(folder, "excitation = 'y'"), "m.toml:10:14: axis.x.excitation",
+                      "found 'y', the column of the output; required another one"));
+  EXPECT_EQ(errors_of(folder, "excitation = 'u'\nposition = 'y'"), Texts{}) << "open loop";
+}
+
 TEST(Check, RefusesKeysOfSignalsThatAreNotThere) {
   const TemporaryFolder folder;
   EXPECT_TRUE(is_only(errors_of(folder, "excitation_scale = 2"), "m.toml:10:20: axis.x.excitation_scale",
@@ -181,6 +249,10 @@ TEST(Check, RefusesKeysOfPublishingWithoutEffect) {
   EXPECT_TRUE(is_only(published("qos = 9"), "m.toml:11:7: publish.mqtt.qos", "needs topic and address"));
   EXPECT_TRUE(is_only(published("user = 'me'"), "m.toml:11:8: publish.mqtt.user", "needs topic and address"));
   EXPECT_EQ(published("qos = 1\ntopic = ''"), Texts{}) << "as by default";
+  EXPECT_TRUE(is_only(published("topic = 'a'"), "m.toml:11:9: publish.mqtt.topic",
+                      "must be given together with address"));
+  EXPECT_TRUE(is_only(published("address = 'localhost:1883'"), "m.toml:11:11: publish.mqtt.address",
+                      "must be given together with topic"));
   EXPECT_TRUE(is_only(published("topic = 'a'\npassword_file = 'password'\n" + broker),
                       "m.toml:12:17: publish.mqtt.password_file", "needs a user"));
   EXPECT_EQ(published("topic = 'a'\nuser = 'me'\npassword_file = 'password'\n" + broker), Texts{});
@@ -211,6 +283,12 @@ TEST(Check, KnowsWhoReadsWhat) {
                       "[axis.NAME]"));
   EXPECT_TRUE(is_only(errors_of(folder, "[axis.'y/z']\nsource='in'\nsample_rate_hz=1\ninput='u'\noutput='y'"),
                       "m.toml:10:1: axis.y/z: found the name 'y/z'", "1 ... 64 letters"));
+  (void)folder.file("m", "");
+  EXPECT_EQ(warnings_of(folder,
+                        "[source.log]\nkind = 'file'\npath = 'm'\ntopic = 'x'\n[axis.y]\nsource = "
+                        "'log'\nsample_rate_hz = 1\ninput = 'u'\noutput = 'y'"),
+            Texts{})
+      << "it is read, though not all of it is known";
   const auto unread = warnings_of(folder, "[source.f]\nkind = 'demo'");
   EXPECT_EQ(std::count(unread.begin(), unread.end(), "m.toml:10:1: source.f: is read by no axis"), 1);
   EXPECT_TRUE(is_only(errors_of(folder, "", R"([monitor]
@@ -295,12 +373,49 @@ TEST(Check, LooksAtFiles) {
   EXPECT_TRUE(
       is_only(errors_of(folder, "start = '/dev/stdin'"), "m.toml:10:9: axis.x.start", "none of that name"))
       << "nothing is waited for";
+  const auto missing = errors_of(folder, "controller = 'a'\nstart = 'b'\nbaseline = 'c'\nmemory_s = -1");
+  ASSERT_EQ(missing.size(), 4U);
+  for (const auto& error : missing)
+    EXPECT_EQ(error.find("none of that name") == error.npos, error.find("memory_s") != error.npos) << error;
   (void)folder.file("plain", "");
   const std::string service = "[monitor]\ndata = 'plain/data'\ncertificate_file = 'c'\nkey_file = 'plain'\n";
   const auto all = errors_of(folder, "", service + std::string(kLeast.substr(kLeast.find("[source"))));
   ASSERT_EQ(all.size(), 2U);
   EXPECT_TRUE(all[0].starts_with("m.toml:2:8: monitor.data: found")) << all[0];
   EXPECT_TRUE(all[1].starts_with("m.toml:3:20: monitor.certificate_file: found")) << all[1];
+}
+
+/// Where even a privileged user can make none.
+TEST(Check, RefusesAFolderThatKeepsNoFiles) {
+  const TemporaryFolder folder;
+  std::string text(kLeast);
+  const auto found = findings_of(folder, "", text.replace(text.find("\"data\""), 6, "'/proc/resonid'"));
+  EXPECT_TRUE(is_only(messages(found.errors), "m.toml:2:8: monitor.data: found '/proc/resonid'",
+                      "required a folder that can be written"));
+  EXPECT_EQ(messages(found.warnings), Texts{});
+}
+
+/// No error: what a file has now it need not have when the service starts.
+TEST(Check, WarnsOfColumnsThatAFileHasNot) {
+  const TemporaryFolder folder;
+  std::string text(kLeast);
+  text.replace(text.find("\"stdin\""), 7, "'file'\npath = 'log.csv'");
+  const auto warnings = [&](const std::string& content, const std::string& more = "") {
+    (void)folder.file("log.csv", content);
+    const auto found = findings_of(folder, more, text);
+    EXPECT_EQ(messages(found.errors), Texts{}) << content.substr(0, 100);
+    return messages(found.warnings);
+  };
+  EXPECT_EQ(warnings("ru,u,y\n1,2,3\n", "excitation = 'ru'"), Texts{});
+  EXPECT_TRUE(is_only(warnings("ru;u;speed\n1;2;3\n"), "m.toml:10:10: axis.x.output",
+                      "required a column of source 'in': ru, u, speed"));
+  EXPECT_TRUE(is_only(warnings("ru,u,speed\n"), "m.toml:10:10: axis.x.output", "found 'y'"));
+  EXPECT_EQ(warnings("ru,u,speed\n1,2,3\nru,u,y\n1,2,3\n"), Texts{}) << "names come again";
+  std::string large = "ru,u,speed\n";
+  while (large.size() < 3'000'000) large += "1,2,3\n";
+  EXPECT_EQ(warnings(large).size(), 1U);
+  EXPECT_EQ(warnings(large + "ru,u,y\n1,2,3\n"), Texts{});
+  for (const char* content : {"", "1,2,3\n", "ru,u,sp"}) EXPECT_EQ(warnings(content), Texts{}) << content;
 }
 
 /// The first table with further keys.

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "configurations.hpp"
+#include "monitor/service/axis_spec_of.hpp"
 
 namespace resonid::monitor::test {
 namespace {
@@ -120,6 +121,49 @@ output_unit = "deg/s"
   const auto current = specs_of(folder, "[axis.y]\nsource='in'\nsample_rate_hz=1\ninput='iq_A'\noutput='y'");
   ASSERT_TRUE(current.has_value());
   EXPECT_EQ(current->back().input_unit, "A");
+}
+
+TEST(AxisSpecs, TellTheUnitsOfTheFigures) {
+  const TemporaryFolder folder;
+  const auto units_of = [&](const std::string& more) {
+    const auto specs = specs_of(folder, "[axis.y]\nsource='in'\nsample_rate_hz=1\n" + more);
+    EXPECT_TRUE(specs.has_value()) << message_of(specs.error());
+    return specs ? monitoring::figure_units(specs->back()) : identification::Units{};
+  };
+  const auto amperes = units_of("input='iq_A'\noutput='y_rad_s'");
+  EXPECT_FALSE(amperes.physical);
+  EXPECT_EQ(amperes.stiffness, "A/rad");
+  EXPECT_EQ(amperes.inertia, "A s2/rad");
+  EXPECT_EQ(amperes.damping, "A s/rad");
+  EXPECT_EQ(amperes.torque, "A");
+  EXPECT_EQ(units_of("input='iq_mA'\ninput_unit='mA'\noutput='y_rpm'").stiffness, "A/rad") << "converted";
+  EXPECT_EQ(units_of("input='iq_A'\noutput='v_mm_s'\nmotion='linear'").inertia, "A s2/m");
+  EXPECT_EQ(units_of("input='load'\ninput_unit='%'\noutput='y_rad_s'").stiffness, "%/rad");
+  EXPECT_EQ(units_of("input='iq_A'\ntorque_constant=0.5\noutput='y_rad_s'").stiffness, "Nm/rad");
+  EXPECT_EQ(units_of("input='load'\ninput_unit='%'\nrated_torque=20\noutput='y_rad_s'").torque, "Nm");
+  EXPECT_EQ(units_of("input='f_N'\noutput='v_mm_s'\nmotion='linear'").inertia, "kg");
+}
+
+TEST(AxisSpecs, NoteUnitsThatAreNotTorques) {
+  const TemporaryFolder folder;
+  const auto notes_of = [&](const std::string& more) {
+    const auto file = parse_configuration(
+        std::string(kLeast) + "[axis.y]\nsource='in'\nsample_rate_hz=1\noutput='y_rad_s'\n" + more, "m.toml",
+        folder.path());
+    std::vector<std::string> notes;
+    EXPECT_TRUE(file.usable());
+    for (const auto& [name, axis] : file.configuration.axes.tables) {
+      if (name != "y") continue;
+      EXPECT_TRUE(axis_spec_of(file.configuration, name, axis, 1.0, notes).has_value());
+    }
+    return notes;
+  };
+  EXPECT_EQ(
+      notes_of("input='iq_A'"),
+      (std::vector<std::string>{"'iq_A' is a current: give torque_constant for Nm",
+                                "figures and their limits are in A/rad (stiffness), A s2/rad (inertia), "
+                                "A s/rad (damping) and A (friction, load)"}));
+  EXPECT_EQ(notes_of("input='u_Nm'"), std::vector<std::string>{});
 }
 
 TEST(AxisSpecs, ReadResults) {

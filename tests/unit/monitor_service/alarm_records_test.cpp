@@ -95,14 +95,50 @@ TEST(AlarmRecords, ActionsThatCannotBeAreRefusedAtOnce) {
     action.until_time_s = static_cast<double>(now_ns()) * 1e-9 + seconds;
     const auto done = backend.act(action);
     EXPECT_FALSE(done) << static_cast<int>(kind);
-    return done ? std::string() : done.error().message;
+    return done ? std::string() : done.error().field + ": " + done.error().message;
   };
   EXPECT_NE(refusal(web::ActionKind::shelve, 30 * 86400.0).find("at most 168.0 h"), std::string::npos);
   EXPECT_NE(refusal(web::ActionKind::shelve, -60.0).find("ahead"), std::string::npos);
+  EXPECT_TRUE(refusal(web::ActionKind::shelve, 30 * 86400.0).starts_with("until_time_s: "));
+  action.in_seconds = true;
+  EXPECT_TRUE(refusal(web::ActionKind::shelve, 30 * 86400.0).starts_with("seconds: "));
   EXPECT_NE(refusal(web::ActionKind::unshelve, 0.0).find("not shelved"), std::string::npos);
   EXPECT_NE(refusal(web::ActionKind::reset, 0.0).find("not latched"), std::string::npos);
   const auto audit = backend.audit(10).value();
   for (const auto& entry : audit) EXPECT_NE(entry.who, "tester");
+}
+
+TEST(AlarmRecords, SayWhereSamplesComeAndAreRefused) {
+  const Folder folder;
+  Pulses pulses;
+  auto all = pulses.installation(folder.path(), {"x"});
+  all.engine.stale_s = all.engine.first_sample_s = 0.5;
+  const auto service = Service::start(std::move(all));
+  ASSERT_TRUE(service) << message_of(service.error());
+  pulses.send_other_columns();
+  const auto alarms = alarms_once((*service)->backend(), AlarmFilter::active, kOne);
+  ASSERT_EQ(alarms.size(), 1U);
+  EXPECT_EQ(alarms[0].text.find("No usable samples since "), 0U) << alarms[0].text;
+}
+
+TEST(AlarmRecords, AreFoundOfAnAxisThatTheConfigurationOrAnAlarmKnows) {
+  const Folder folder;
+  Pulses pulses;
+  for (const bool configured : {true, false}) {
+    const auto service = Service::start(pulses.installation(folder.path(), {configured ? "x" : "y"}));
+    ASSERT_TRUE(service) << message_of(service.error());
+    const auto& backend = (*service)->backend();
+    EXPECT_FALSE(alarms_once(backend, AlarmFilter::active, kOne).empty());
+    const auto of_x = backend.alarms({AlarmFilter::all, "x", 10});
+    ASSERT_TRUE(of_x) << configured;
+    EXPECT_EQ(of_x->size(), 1U) << configured;
+    EXPECT_TRUE(backend.alarms({AlarmFilter::shelved, "x", 10})) << configured;
+    const auto unknown = backend.alarms({AlarmFilter::all, "z", 10});
+    ASSERT_FALSE(unknown);
+    EXPECT_EQ(unknown.error().kind, web::Problem::Kind::not_found);
+    EXPECT_EQ(unknown.error().field, "axis");
+    (*service)->stop();
+  }
 }
 
 TEST(AlarmRecords, ARingThatWasThrownBackGoesOnWhereItWas) {

@@ -114,6 +114,9 @@ TEST(Service, KeepsABaselinesCurveAndAMaintenanceOverARestart) {
   ASSERT_TRUE(backend.act(action_of(web::ActionKind::end_maintenance)));
   EXPECT_TRUE(comes_true([&] { return std::isnan(backend.axis("axis0")->status.maintenance_until_time_s); }));
   EXPECT_TRUE(comes_true([&] { return backend.audit(10).value().front().action == "end-maintenance"; }));
+  const auto again = backend.act(action_of(web::ActionKind::end_maintenance));
+  ASSERT_FALSE(again);
+  EXPECT_EQ(again.error().message, "the axis is not in maintenance");
   const auto audit = backend.audit(10).value();
   ASSERT_EQ(audit.size(), 3U);
   EXPECT_EQ(audit[1].action, "maintenance");

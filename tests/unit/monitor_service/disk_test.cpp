@@ -176,6 +176,29 @@ TEST(Disk, AFullDiskIsToldAtOnceAndWrittenLater) {
   EXPECT_EQ(std::count_if(keys.begin(), keys.end(), is_raising), 1);
 }
 
+TEST(Disk, AFolderThatIsRemovedIsToldEverywhere) {
+  const Folder folder;
+  const auto data = folder.path() / "data", aside = folder.path() / "aside";
+  const std::vector<std::vector<double>> none;
+  auto all = installation(data, none, 1.0);
+  all.sources.clear();
+  const auto service = Service::start(std::move(all));
+  ASSERT_TRUE(service) << message_of(service.error());
+  auto& backend = (*service)->backend();
+  EXPECT_TRUE(backend.readiness().store);
+  std::filesystem::rename(data, aside);
+  const auto alarms = [&] { return backend.alarms({web::AlarmFilter::active, "", 10}).value(); };
+  ASSERT_TRUE(eventually([&] { return !alarms().empty(); }));
+  EXPECT_EQ(alarms().front().alarm, "disk");
+  EXPECT_NE(alarms().front().text.find("was removed or replaced"), std::string::npos);
+  EXPECT_TRUE(backend.status().store.failing);
+  EXPECT_FALSE(backend.status().store.disk_full);
+  EXPECT_FALSE(backend.readiness().store);
+  std::filesystem::rename(aside, data);
+  ASSERT_TRUE(eventually([&] { return !backend.status().store.failing; }));
+  EXPECT_TRUE(backend.readiness().store);
+}
+
 TEST(Disk, AServiceThatEndsWhileTheDiskIsFullStartsAgain) {
   const Folder folder;
   const std::vector<std::vector<double>> values{drive_samples(60.0, 1e9, 1)};

@@ -6,6 +6,9 @@
 #include <map>
 #include <monitor/engine/engine.hpp>
 #include <monitor/samples/ring.hpp>
+#include <monitor/service/alarm_record.hpp>
+#include <optional>
+#include <string>
 #include <thread>
 
 #include "drive.hpp"
@@ -80,6 +83,8 @@ class Watched {
     look();
     return actions_;
   }
+  /// The newest event of any alarm.
+  const Results::TimedEvent& newest() const { return newest_; }
   std::uint64_t sample_of(monitoring::AlarmId id) { return samples_[alarm_name(id)]; }
 
  private:
@@ -94,6 +99,7 @@ class Watched {
       for (const auto& e : results.events) {
         told_[alarm_name(e.event.alarm)] += std::string(name_of(e.event.transition)) + " ";
         since_ns_ = e.since_ns;
+        newest_ = e;
         samples_[alarm_name(e.event.alarm)] = e.event.sample;
       }
       actions_.insert(actions_.end(), results.actions.begin(), results.actions.end());
@@ -113,6 +119,7 @@ class Watched {
   std::vector<Told> actions_;
   Results::Snapshot snapshot_;
   std::int64_t since_ns_ = 0;
+  Results::TimedEvent newest_;
 };
 
 monitoring::AlarmSettings with_delays(double on_s, double off_s, double realarm_s) {
@@ -435,6 +442,29 @@ TEST(Engine, ShelvingAndMaintenanceEndByTheClockToo) {
   EXPECT_TRUE(axis.tells(kStaleAlarm, "raised shelved unshelved "));
   ASSERT_TRUE(axis.engine().act(0, ActionKind::maintenance, {}, 0.2, "tester", ""));
   EXPECT_TRUE(axis.tells(kStaleAlarm, "raised shelved unshelved suppressed unsuppressed "));
+}
+
+TEST(Engine, TellsTheEndOfAShelvingFromNowOnWhereSamplesStoppedLongAgo) {
+  EngineOptions options;
+  options.time_text = [](std::int64_t ns) { return std::to_string(ns); };
+  Watched axis(options, with_delays(0.0, 0.0, 0.0));
+  axis.put(0.1);
+  EXPECT_TRUE(axis.tells(kStaleAlarm, "raised "));
+  std::this_thread::sleep_for(300ms);
+  for (const auto kind : {ActionKind::shelve, ActionKind::shelve_once}) {
+    const bool timed = kind == ActionKind::shelve;
+    const auto before = axis.told(kStaleAlarm);
+    const std::int64_t asked_ns = now_ns();
+    ASSERT_TRUE(axis.engine().act(0, kind, kStaleAlarm, timed ? std::optional(600.0) : std::nullopt, "", ""));
+    ASSERT_TRUE(axis.tells(kStaleAlarm, before + "shelved "));
+    const std::int64_t end_ns = axis.newest().event.state.shelved_until_ns;
+    EXPECT_GE(end_ns, asked_ns + 600'000'000'000);
+    EXPECT_TRUE(axis.newest().text.ends_with(" " + std::to_string(end_ns))) << axis.newest().text;
+    Batch batch;
+    EXPECT_TRUE(AlarmRecords().add("axis", kRate, axis.newest(), batch));
+    EXPECT_EQ(batch.alarms.at(0).shelved_until_ns, end_ns);
+    EXPECT_EQ(batch.events.at(0).text, axis.newest().text);
+  }
 }
 
 }  // namespace

@@ -94,21 +94,61 @@ TEST(EvidenceReport, TellsWhatMakesItAgainAndNoFolderOfTheServer) {
   axis.spec.sample_rate_hz = kRate;
   axis.controller = "pi:0.5,0.2";
   const auto page = evidence_report(axis, file, "1.2.3");
-  ASSERT_TRUE(page) << page.error();
-  EXPECT_NE(page->find("resonid identify 17.csv --time t_s " + identify_options(axis) + " --report 17.html"),
+  ASSERT_TRUE(page) << page.error().text;
+  EXPECT_NE(page->find("resonid identify alarm-17.csv --time t_s " + identify_options(axis) +
+                       " --report alarm-17.html"),
             std::string::npos);
   EXPECT_NE(page->find("1.2.3"), std::string::npos);
   EXPECT_EQ(page->find(folder.path().string()), std::string::npos);
   EXPECT_TRUE(std::filesystem::exists(folder.path() / "17.html"));
   axis.controller = (folder.path() / "loop.toml").string();
   const auto other = evidence_report(axis, file, "1.2.3");
-  ASSERT_TRUE(other) << other.error();
+  ASSERT_TRUE(other) << other.error().text;
   EXPECT_NE(other->find("--controller loop.toml"), std::string::npos);
   EXPECT_EQ(other->find(folder.path().string()), std::string::npos);
   std::ofstream(file) << "t_s,u,y\n";
   const auto none = evidence_report(axis, file, "1.2.3");
   ASSERT_FALSE(none);
-  EXPECT_EQ(none.error().find(folder.path().string()), std::string::npos) << none.error();
+  EXPECT_EQ(none.error().text.find(folder.path().string()), std::string::npos) << none.error().text;
+  EXPECT_TRUE(none.error().lasts);
+}
+
+TEST(EvidenceReport, SaysInOptionsWhyTheSamplesShowNoResult) {
+  const Folder folder;
+  const auto file = folder.path() / "17.csv", page = folder.path() / "17.html";
+  const auto values = drive_samples(20.0, 1000.0, 1);
+  {
+    std::ofstream csv(file);
+    csv << "t_s,u,y\n";
+    for (std::size_t k = 0; k < values.size() / 3; ++k)
+      csv << static_cast<double>(k) / kRate << ',' << values[3 * k + 1] << ',' << 2.0 + values[3 * k + 1]
+          << '\n';
+  }
+  InstalledAxis axis;
+  axis.spec.sample_rate_hz = kRate;
+  axis.spec.has_excitation = false;
+  const auto none = evidence_report(axis, file, "1.2.3");
+  ASSERT_FALSE(none);
+  EXPECT_TRUE(none.error().lasts);
+  EXPECT_NE(none.error().text.find("with --output"), std::string::npos) << none.error().text;
+  EXPECT_EQ(none.error().text.find(" .output"), std::string::npos) << none.error().text;
+  EXPECT_FALSE(std::filesystem::exists(page));
+}
+
+TEST(RawCsv, NamesTheCommandThatMakesTheReportOfTheFileAsItIsDownloaded) {
+  const Folder folder;
+  InstalledAxis axis;
+  axis.spec.name = "x";
+  axis.spec.sample_rate_hz = 100.0;
+  axis.spec.has_excitation = false;
+  const auto ring = Ring::open(folder.path() / "x.ring", {"x", {"u", "y"}, 100.0, 1024}).value();
+  ring->put_anchor(0, std::nullopt);
+  ring->put(std::vector<double>(20, 0.25));
+  ring->commit({});
+  const auto text = raw_csv(*ring, axis, {0, 10}, downloaded_name("17"));
+  EXPECT_EQ(text.substr(0, text.find('\n')),
+            "# axis x, samples 0 to 10; resonid identify alarm-17.csv --time t_s " + identify_options(axis) +
+                " --report alarm-17.html");
 }
 
 }  // namespace

@@ -30,6 +30,15 @@ class Pulses {
     arrival.values = values;
     for (auto* intake : axes_->all()) EXPECT_EQ(intake->add(arrival), Intake::Outcome::taken);
   }
+  /// A message that no axis can use.
+  void send_other_columns() {
+    constexpr std::array<std::string_view, 2> kColumns{"torque", "speed"};
+    const std::vector<double> values(20, 0.25);
+    Arrival arrival;
+    arrival.columns = kColumns;
+    arrival.values = values;
+    for (auto* intake : axes_->all()) EXPECT_EQ(intake->add(arrival), Intake::Outcome::refused);
+  }
   /// Axes that are stale after 50 ms, and well at once when samples come.
   [[nodiscard]] Installation installation(const std::filesystem::path& data,
                                           const std::vector<std::string>& names) {

@@ -189,6 +189,18 @@ controller = "pi:0.5,0.2"
   EXPECT_FALSE(replay_of(file.configuration, "gantry-x", folder.path() / "none.csv"));
 }
 
+TEST(Replay, KnowsUnitsOfAnotherMotion) {
+  auto record = recorded(1.0, 100.0);
+  EXPECT_FALSE(motion_fault(record));
+  record.motion = data::Motion::linear;
+  const auto fault = motion_fault(record);
+  ASSERT_TRUE(fault);
+  EXPECT_EQ(fault->field, "motion");
+  EXPECT_NE(message_of(*fault).find("is in Nm and the output '' is in rad/s; required rotary"),
+            std::string::npos)
+      << message_of(*fault);
+}
+
 TEST(Replay, RefusesWhatHasNoSamples) {
   class NoAxes : public Axes {
     Intake* find(std::string_view) override { return nullptr; }

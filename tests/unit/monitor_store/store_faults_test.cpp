@@ -223,6 +223,23 @@ TEST(StoreFaults, OneProcessWrites) {
   EXPECT_TRUE(store.commit(second_of(0)));
 }
 
+TEST(StoreFaults, KnowsThatItsFileIsLost) {
+  const Folder folder;
+  const auto place = std::filesystem::path(folder.path()) / "data", aside = place.parent_path() / "aside";
+  std::filesystem::create_directory(place);
+  Store store = opened((place / "store.db").string());
+  EXPECT_TRUE(store.commit(second_of(0)));
+  EXPECT_EQ(store.lost(), "");
+  std::filesystem::rename(place, aside);
+  EXPECT_NE(store.lost().find("data/store.db' or its folder was removed or replaced"), std::string::npos);
+  std::filesystem::create_directory(place);
+  std::filesystem::copy_file(aside / "store.db", place / "store.db");  // of that name, but another one
+  EXPECT_NE(store.lost(), "");
+  std::filesystem::remove_all(place);
+  std::filesystem::rename(aside, place);
+  EXPECT_EQ(store.lost(), "");
+}
+
 std::string contents_of(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(stream), {}};

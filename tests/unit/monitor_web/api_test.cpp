@@ -242,6 +242,7 @@ TEST_F(WebApi, AnswersAlarmsAndWhatWasDone) {
   EXPECT_EQ(get("/api/v1/alarms?state=open&limit=2").at("alarms").size(), 1U);
   EXPECT_EQ(field("/api/v1/alarms?state=asleep"), "state");
   EXPECT_EQ(field("/api/v1/alarms?axis=../x"), "axis");
+  EXPECT_EQ(field("/api/v1/alarms?axis=z", 404), "axis");
   EXPECT_EQ(field("/api/v1/alarms?limit=1001"), "limit");
   EXPECT_EQ(get("/api/v1/alarms?from=1&to=1e9").at("alarms").size(),
             1U);  // when the disk's came is not known
@@ -267,6 +268,20 @@ TEST_F(WebApi, AReportReachesNothing) {
   const auto report = ask("GET", "/api/v1/alarms/1/report.html");
   EXPECT_EQ(report.status, 200);
   EXPECT_EQ(report.headers.at("content-security-policy").find("sandbox allow-scripts;"), 0U);
+}
+
+TEST_F(WebApi, AReportThatCanNeverBeIsNotAskedForAgain) {
+  const auto report = ask("GET", "/api/v1/alarms/8/report.html");
+  EXPECT_EQ(report.status, 409);
+  EXPECT_EQ(report.headers.count("retry-after"), 0U);
+}
+
+TEST_F(WebApi, AHistoryWithoutAnEndHasRowsThatAreAheadOfTheClock) {
+  auto ahead = an_axis("x");
+  ahead.newest_time_s = 8e9;
+  backend.set({ahead});
+  EXPECT_EQ(get("/api/v1/axes/x/history?points=3").at("time_s"), json({8e9 - 3600.0, 8e9}));
+  EXPECT_EQ(get("/api/v1/axes/x/history?from=1&to=2").at("time_s"), json({1.0, 2.0}));
 }
 
 TEST_F(WebApi, TakesActions) {
@@ -418,6 +433,15 @@ TEST_F(WebApi, TokensDecideWhoReadsAndWrites) {
   EXPECT_EQ(status("POST", "/api/v1/alarms/1/acknowledge", kWho, bearer("wrong")), 401);
   EXPECT_EQ(status("POST", "/api/v1/alarms/1/acknowledge", kWho, bearer(kReadToken)), 403);
   EXPECT_EQ(status("POST", "/api/v1/alarms/1/acknowledge?token=" + kWriteToken, kWho), 401);
+  const auto why = [&](const std::string& method, const std::string& target, RequestHeaders headers) {
+    return json::parse(ask(method, target, kWho, std::move(headers)).body).at("error").at("message");
+  };
+  EXPECT_EQ(why("POST", "/api/v1/alarms/1/acknowledge", {}), "a token is required to write");
+  EXPECT_EQ(why("POST", "/api/v1/alarms/1/acknowledge", bearer("wrong")),
+            "the token is wrong, another one is required to write");
+  EXPECT_EQ(why("GET", "/api/v1/axes", bearer("wrong")),
+            "the token is wrong, another one is required to read");
+  EXPECT_EQ(status("GET", "/openapi.json"), 200);
   EXPECT_TRUE(backend.actions().empty());
   EXPECT_EQ(status("POST", "/api/v1/alarms/1/acknowledge", kWho, bearer(kWriteToken)), 202);
 }

@@ -136,6 +136,7 @@ class FakeBackend : public Backend {
     return Comparison{a, b, {{monitoring::Watched::stiffness, {1000.0, 4.0}, {949.0, 4.0}, -51.0, 5.7, 9.0}}};
   }
   Answer<std::vector<Alarm>> alarms(const AlarmQuestion& question) const override {
+    if (question.axis == "z") return none("axis");
     auto shelved = an_alarm(2);
     shelved.shelved = Alarm::Shelved{kTime + 60.0, "waits for a spare belt", "Ann"};
     shelved.suppressed = "maintenance";
@@ -167,6 +168,8 @@ class FakeBackend : public Backend {
     return std::string("sample,ru,u,y\n");
   }
   Answer<std::string> report(std::uint64_t alarm) const override {
+    if (alarm == 8)
+      return unexpected<Problem>(Problem{Problem::Kind::conflict, "id", "its raw samples show no result"});
     if (alarm != 1) return none("id");
     return std::string("<!doctype html><script>1</script>");
   }

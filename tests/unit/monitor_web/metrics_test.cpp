@@ -12,6 +12,7 @@
 #include <numbers>
 
 #include "fake_backend.hpp"
+#include "monitoring/axis_spec.hpp"
 #include "sanitized.hpp"
 
 namespace resonid::monitor::web {
@@ -98,6 +99,51 @@ TEST(WebMetrics, EscapesLabels) {
       has_line(text_of({axis}), "resonid_faults_total{axis=\"x\",kind=\"a\\\"b\\\\c\\nd?\xc3\xa4??\"} 1"));
 }
 
+AxisStatus in_units(const std::string& name, data::Motion motion, const std::string& input,
+                    const std::string& output) {
+  monitoring::AxisSpec spec;
+  spec.motion = motion;
+  spec.input_unit = input;
+  spec.output_unit = output;
+  auto axis = an_axis(name);
+  axis.motion = motion;
+  axis.units = monitoring::figure_units(spec);
+  return axis;
+}
+
+/// Of a current, of per cent and of units without a name.
+std::vector<AxisStatus> own_units() {
+  using data::Motion;
+  return {in_units("nm", Motion::rotary, "", ""),       in_units("a", Motion::rotary, "A", ""),
+          in_units("m", Motion::linear, "A", ""),       in_units("p", Motion::rotary, "%", ""),
+          in_units("v", Motion::linear, "V", ""),       in_units("c", Motion::rotary, "A", "counts/s"),
+          in_units("x", Motion::rotary, "furlongs", "")};
+}
+
+TEST(WebMetrics, NamesTellUnitsOfInputsThatAreNoTorque) {
+  const auto text = text_of(own_units());
+  for (const auto* line :
+       {R"(resonid_stiffness_newton_meters_per_radian{axis="nm"} 3)",
+        R"(resonid_stiffness_amperes_per_radian{axis="a"} 3)",
+        R"(resonid_stiffness_std_amperes_per_radian{axis="a"} 0.03)",
+        R"(resonid_inertia_ampere_seconds_squared_per_radian{axis="a",side="motor"} 4)",
+        R"(resonid_inertia_ampere_seconds_squared_per_radian{axis="a",side="load"} 5)",
+        R"(resonid_damping_ampere_seconds_per_radian{axis="a"} 6)",
+        R"(resonid_coulomb_friction_amperes{axis="a"} 7)", R"(resonid_coulomb_friction_amperes{axis="m"} 7)",
+        R"(resonid_load_torque_amperes{axis="a"} 8)", R"(resonid_load_force_amperes{axis="m"} 8)",
+        R"(resonid_mass_ampere_seconds_squared_per_meter{axis="m",side="motor"} 4)",
+        R"(resonid_stiffness_ratio_per_radian{axis="p"} 0.03)",
+        R"(resonid_stiffness_volts_per_meter{axis="v"} 3)",
+        R"(resonid_stiffness_own_units{axis="c",unit="A/counts"} 3)",
+        R"(resonid_inertia_own_units{axis="x",side="load",unit="furlongs s2/rad"} 5)",
+        R"(resonid_resonance_hertz{axis="a"} 1)"})
+    EXPECT_TRUE(has_line(text, line)) << line;
+  const std::string fixed = "resonid_stiffness_newton_meters_per_radian{";
+  EXPECT_EQ(text.find(fixed), text.rfind(fixed)) << "of one axis alone";
+  const std::string type = "# TYPE resonid_coulomb_friction_amperes gauge";
+  EXPECT_EQ(text.find(type), text.rfind(type)) << "both motions are of one family";
+}
+
 TEST(WebMetrics, PromtoolFindsNothingWrong) {
   if (std::system("command -v promtool > /dev/null") != 0)
     GTEST_SKIP() << "promtool is not installed (Debian: apt install prometheus): the metrics are NOT linted";
@@ -112,6 +158,7 @@ TEST(WebMetrics, PromtoolFindsNothingWrong) {
   };
   const auto good = text_of({an_axis("x"), linear});
   EXPECT_EQ(lint(good), 0);
+  EXPECT_EQ(lint(text_of(own_units())), 0);
   EXPECT_NE(lint(good + "resonid_length_kilometers 1\n"), 0);  // it does look
   std::filesystem::remove(file);
 }

@@ -64,6 +64,11 @@ TEST(WebQuestions, AnEndIsATimeOrADuration) {
   EXPECT_EQ(until(R"({"who":"a","reason":"b","seconds":60})"), 1060.0);
   EXPECT_EQ(until(R"({"who":"a","reason":"b","until_time_s":1500})"), 1500.0);
   EXPECT_EQ(until(R"({"who":"a","reason":"b","until_time_s":999})"), -1.0);
+  for (const bool seconds : {true, false}) {
+    const auto* const end = seconds ? R"({"who":"a","reason":"b","seconds":60})"
+                                    : R"({"who":"a","reason":"b","until_time_s":1500})";
+    EXPECT_EQ(action_of(ActionKind::shelve, end, 1000.0)->in_seconds, seconds);
+  }
 }
 
 TEST(WebQuestions, TextsAreAsLongAsTheirCharacters) {

@@ -69,6 +69,7 @@ TEST_F(WebStream, BeginsWithHelloAndBringsWhatChanges) {
 TEST_F(WebStream, OneAxisIsForThoseWhoAskForIt) {
   const auto port = start();
   EXPECT_EQ(ask(port, "GET", "/api/v1/stream?axis=a/b").status, 400);
+  EXPECT_EQ(ask(port, "GET", "/api/v1/stream?axis=z").status, 404);
   auto all = open_stream(port), x = open_stream(port, "?axis=x");
   std::atomic<bool> end{false};
   std::thread changes([&] {
@@ -182,6 +183,7 @@ TEST_F(WebStream, ThirtyPagesGetFramesAtOnce) {
   constexpr int kPages = 30, kAxes = 100;
   std::vector<AxisStatus> axes;
   for (int i = 0; i < kAxes; ++i) axes.push_back(an_axis(fmt::format("axis-{}", i), 1.0 / 3.0));
+  backend.set(axes);
   const auto port = start();
   std::vector<WebClient> pages;
   for (int i = 0; i < kPages; ++i) pages.push_back(open_stream(port, i % 3 == 0 ? "?axis=axis-1" : ""));

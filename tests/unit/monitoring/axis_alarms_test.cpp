@@ -10,6 +10,7 @@
 #include <limits>
 #include <monitoring/alarm_text.hpp>
 #include <monitoring/axis_alarms.hpp>
+#include <monitoring/axis_spec.hpp>
 #include <random>
 #include <string>
 #include <type_traits>
@@ -430,6 +431,31 @@ TEST(AlarmText, SaysWhatACauseComesTo) {
   EXPECT_EQ(cause_text(cause), "possible cause: belt or coupling looser (inertias unchanged)");
 }
 
+TEST(AlarmText, TellsTheEndOfAShelvingByTheClock) {
+  AlarmEvent e;
+  e.alarm = {AlarmKind::stale, {}};
+  e.transition = Transition::shelved;
+  e.state.shelving = Shelving::timed;
+  e.state.shelved_until = 600;
+  AlarmWords words{[](std::uint64_t sample) { return fmt::format("sample {}", sample); }};
+  words.clock = [](std::int64_t ns) { return fmt::format("{} s", ns / 1'000'000'000); };
+  EXPECT_EQ(alarm_text(e, words), "No samples: shelved until sample 600");
+  e.state.shelved_until_ns = 1'700'000'600'000'000'000;
+  EXPECT_EQ(alarm_text(e, words), "No samples: shelved until 1700000600 s");
+  e.state.shelving = Shelving::one_shot;
+  EXPECT_EQ(alarm_text(e, words), "No samples: shelved until it clears, at the latest 1700000600 s");
+}
+
+TEST(AlarmText, TellsSamplesThatAreRefusedFromNone) {
+  AlarmEvent e;
+  e.alarm = {AlarmKind::stale, {}};
+  e.transition = Transition::raised;
+  AlarmWords words{[](std::uint64_t) { return std::string("noon"); }};
+  EXPECT_EQ(alarm_text(e, words), "No samples since noon");
+  words.refused = true;
+  EXPECT_EQ(alarm_text(e, words), "No usable samples since noon: what comes is refused, its page says why");
+}
+
 TEST(AlarmText, SpeaksOfLinearAxes) {
   AlarmEvent e;
   e.alarm = {AlarmKind::change, Watched::driven_inertia};
@@ -441,6 +467,35 @@ TEST(AlarmText, SpeaksOfLinearAxes) {
       alarm_text(e, words),
       "Motor mass rose by 4.33 +- 0.26 % (12.000 -> 12.520 kg) since noon; chattering, three times within "
       "a minute: a longer off_delay_s or a deadband helps");
+}
+
+TEST(AlarmText, TellsUnitsOfAnInputThatIsNoTorque) {
+  AlarmEvent e;
+  e.transition = Transition::raised;
+  e.change = {true, {0.0, 0.0, 0.52, 0.031}, 12.0, 0.01};
+  const auto told = [&](Watched figure, data::Motion motion, const std::string& input) {
+    AxisSpec spec;
+    spec.motion = motion;
+    spec.input_unit = input;
+    e.alarm = {AlarmKind::change, figure};
+    const AlarmWords words{[](std::uint64_t) { return std::string("noon"); }, motion == data::Motion::linear,
+                           figure_units(spec)};
+    const std::string text = alarm_text(e, words);
+    const auto from = text.rfind("12.520");
+    return from == std::string::npos ? text : text.substr(from + 6, text.find(')', from) - from - 6);
+  };
+  constexpr auto kTurns = data::Motion::rotary;
+  constexpr auto kSlides = data::Motion::linear;
+  EXPECT_EQ(told(Watched::stiffness, kTurns, "A"), " A/rad");
+  EXPECT_EQ(told(Watched::driven_inertia, kTurns, "A"), " A s2/rad");
+  EXPECT_EQ(told(Watched::damping, kTurns, "A"), " A s/rad");
+  EXPECT_EQ(told(Watched::coulomb_friction, kTurns, "A"), " A");
+  EXPECT_EQ(told(Watched::stiffness, kTurns, "%"), " %/rad");
+  EXPECT_EQ(told(Watched::load_inertia, kSlides, "A"), " A s2/m");
+  EXPECT_EQ(told(Watched::resonance, kTurns, "A"), " Hz");
+  EXPECT_EQ(told(Watched::gap, kTurns, "A"), "");
+  EXPECT_EQ(told(Watched::stiffness, kTurns, ""), " Nm/rad");
+  EXPECT_EQ(told(Watched::stiffness, kSlides, ""), " N/m");
 }
 
 }  // namespace

@@ -120,8 +120,8 @@ export function alarmView(main, { fleet, alarms, path }) {
       const alarm = alarms.get(id) ?? old;
       if (!alarm && now > retry) load();
       if (!alarm) return;
-      const motion = fleet.axes.get(alarm.axis)?.motion;
-      const key = JSON.stringify([alarm, motion]);
+      const axis = fleet.axes.get(alarm.axis);
+      const key = JSON.stringify([alarm, axis?.motion, axis?.units]);
       if (key === state) return;
       state = key;
       say(problem, "");
@@ -131,10 +131,10 @@ export function alarmView(main, { fleet, alarms, path }) {
       renew(head, alarm, () => [h("div", { class: "head" }, h("div", {}, title(text), h("p", { class: "meta" }, axisLink(alarm), `, ${severityText(alarm.severity)}`)),
         h("div", { class: `verdict ${{ bad: "bad", warning: "warning", over: "warning", good: "good", off: "none" }[signOf(alarm)]}` }, sign(signOf(alarm)), h("div", {}, h("b", {}, alarm.active ? "Active" : "Cleared"), h("span", {}, alarmStates(alarm).slice(1).join(", "))))),
       alarmButtons(alarm, loadEvents)]);
-      const figure = figureOf(alarm.alarm, motion);
+      const figure = figureOf(alarm.alarm, axis);
       const [, guess, cause] = /^(?:(likely|possible) cause: )?(?:cause unknown)?(.*)$/s.exec(sentence(alarm.cause));
       const rows = [
-        ["Change", alarmChange(alarm, motion) || "–"], [guess === "possible" ? "Possible cause" : "Likely cause", cause || "not known"], [conditionOf(alarm.alarm) ? "Condition" : "Figure", figure.title], ["Since", stamp(alarm.since_time_s)], ["Raised", stamp(alarm.raised_time_s)],
+        ["Change", alarmChange(alarm, axis) || "–"], [guess === "possible" ? "Possible cause" : "Likely cause", cause || "not known"], [conditionOf(alarm.alarm) ? "Condition" : "Figure", figure.title], ["Since", stamp(alarm.since_time_s)], ["Raised", stamp(alarm.raised_time_s)],
         alarm.cleared_time_s ? ["Cleared", stamp(alarm.cleared_time_s)] : null,
         alarm.shelved ? ["Shelved", `until ${stamp(alarm.shelved.until_time_s)} by ${alarm.shelved.who ?? "?"}: ${alarm.shelved.reason ?? ""}`] : null,
         alarm.suppressed ? ["Suppressed by", words(alarm.suppressed)] : null,

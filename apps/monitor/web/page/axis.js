@@ -109,7 +109,7 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
     mark(figuresTable, "data-no-limit", !Object.values(axis.figures).some(hasLimit));
     for (const key of orderedFigures(axis.figures)) {
       const told = axis.figures[key];
-      const figure = figureOf(key, axis.motion);
+      const figure = figureOf(key, axis);
       if (!slots.has(key)) {
         const cells = ["Now", "Baseline", "Change", "Limits", "Standard deviations"].map((head) => h("td", { class: "n", "data-name": head }));
         slots.set(key, cells);
@@ -160,7 +160,7 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
     const all = list(more?.baselines);
     renew(baselines.lastElementChild, all, () => [all.length ? grid(["Set", "By", "Reason", "Figures"], all.map((b) => [
       stamp(b.time_s) + (b.active ? " (in use)" : ""), b.who ?? "–", b.reason ?? "–",
-      orderedFigures(b.figures).slice(0, 3).map((f) => `${figureOf(f, more.motion).title} ${valueText(figureOf(f, more.motion), b.figures[f])}`).join("; ") || "–"]),
+      orderedFigures(b.figures).slice(0, 3).map((f) => `${figureOf(f, more).title} ${valueText(figureOf(f, more), b.figures[f])}`).join("; ") || "–"]),
     { caption: "Baselines, newest first", className: "plain" }) : h("p", { class: "soft" }, "No baseline yet.")]);
   }
 
@@ -179,7 +179,7 @@ export function axisView(main, { fleet, alarms, path, query, serverNow }) {
     update: (now) => {
       const axis = fleet.axes.get(name);
       if (now - asked > DETAILS_MS) details();
-      if (!axis?.motion || !known) return; // a frame tells no motion, by which the units are
+      if (!axis?.units || !known) return; // a frame tells no units
       const old = isStale(axis, now);
       const silent = old && axis.state !== "refused";
       const age = ageOf(axis, now);

@@ -27,10 +27,10 @@ export function compareView(main, { fleet, path, query, serverNow }) {
       const names = orderedFigures(figures);
       say(text, names.length ? `± one standard deviation; means of ten minutes around each date, of less where they are closer, or of the nearest hour or day; figures without values there are left out. ${names.filter((n) => differs(figures[n])).length} of ${names.length} figures differ significantly, by more than ${SIGNIFICANT} standard deviations.` : "Nothing is stored at one of these dates.");
       if (names.length === 0) return;
-      // The motion, by which the units are, may be known later.
-      draw = () => renew(table, fleet.axes.get(name)?.motion ?? "", () => [grid(["Figure", stamp(at), stamp(bt), "Difference", "Standard deviations", "Significant"], names.map((key) => {
+      // The units may be known later.
+      draw = () => renew(table, fleet.axes.get(name)?.units ?? "", () => [grid(["Figure", stamp(at), stamp(bt), "Difference", "Standard deviations", "Significant"], names.map((key) => {
         const told = figures[key];
-        const figure = figureOf(key, fleet.axes.get(name)?.motion);
+        const figure = figureOf(key, fleet.axes.get(name));
         const s = sigmaOf(told);
         return [figure.title, valueText(figure, told.a), valueText(figure, told.b),
           changeText(figure, { change: told.difference, change_std: told.std, baseline: told.a?.value }) || "–", s === null ? "–" : significant(s, 2), differs(told) ? h("b", {}, "yes") : s === null ? "not known" : "no"];

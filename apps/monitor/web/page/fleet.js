@@ -141,7 +141,7 @@ export function fleetView(main, { fleet, alarms, query, serverNow }) {
   }
 
   function fillFigures(r, axis) {
-    if (!axis.motion) return; // by which the units are
+    if (!axis.units) return;
     const names = orderedFigures(axis.figures).filter((name) => Number.isFinite(axis.figures[name].value));
     const usual = FIGURES.map((f) => names.find((name) => name.startsWith(f))).filter(Boolean);
     let some = [...usual, ...names.filter((name) => !usual.includes(name))].slice(0, FIGURES.length);
@@ -157,7 +157,7 @@ export function fleetView(main, { fleet, alarms, query, serverNow }) {
       mark(slot.part, "hidden", i >= some.length);
       if (i >= some.length) return;
       const told = axis.figures[some[i]];
-      const figure = figureOf(some[i], axis.motion);
+      const figure = figureOf(some[i], axis);
       say(slot.name, figure.title);
       say(slot.value, valueText(figure, told));
       const alarmed = isAlarmed(open.get(axis.name), some[i]);

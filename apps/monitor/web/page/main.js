@@ -3,7 +3,7 @@
 import { list } from "./report/format.js";
 import { watchLayout } from "./report/plot.js";
 import { alarmView, alarmsView } from "./alarms.js";
-import { get, readToken, streamsAreFull } from "./api.js";
+import { get, part, readToken, streamsAreFull } from "./api.js";
 import { axisView } from "./axis.js";
 import { compareView } from "./compare.js";
 import { h, say } from "./dom.js";
@@ -133,6 +133,9 @@ const stream = new Stream({
   axis: (status) => fleet.merge(status.name, status, performance.now()),
   refused: async () => {
     resync(); // which asks for a token, if that is why
+    // An axis that is not there has none: the others have.
+    const { axis } = stream;
+    if (axis && (await get(`axes/${part(axis)}`).catch((error) => error)).status === 404 && axis === stream.axis) return stream.follow(null);
     const full = await streamsAreFull() && stream.state === "broken";
     if (full && !stream.full) say(document.getElementById("announce"), "Too many pages are open: no live data here");
     if (full) reloadAlarms();

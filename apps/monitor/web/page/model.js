@@ -49,7 +49,7 @@ export class Fleet {
     if (!axis) this.axes.set(name, axis = { server: this.server, told_at: now, figures: {} });
     this.server.told_at = now;
     const { figures } = axis;
-    // Frames tell no motion.
+    // Frames tell neither motion nor units.
     for (const key in figures) Object.assign(figures[key], NO_FIGURE, status.motion ? NO_BASELINE : null);
     for (const key in status.figures) figures[key] = Object.assign(figures[key] ?? {}, status.figures[key]);
     Object.assign(axis, NOTHING, status, { name, figures });

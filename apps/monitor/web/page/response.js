@@ -36,7 +36,7 @@ export function baselineLoop({ frequency_hz: frequency, real, imag, loop, baseli
 }
 
 /** As the report's charts want it. */
-function reportOf(response, { figures, motion }, loop) {
+function reportOf(response, { figures, units }, loop) {
   const frequency = response.frequency_hz;
   const value = (name) => figures[name] ?? {};
   const margins = (read, deviation) => Object.fromEntries(["modulus_margin", "phase_margin_deg"].flatMap((name) => {
@@ -53,7 +53,7 @@ function reportOf(response, { figures, motion }, loop) {
     loop: { ...margins((f) => f.value, (f) => f.std), ...(isNumber(loop.crossover_hz) ? { crossover_hz: loop.crossover_hz } : {}) },
     planned_loop: other ? margins((f) => f.baseline, () => null) : undefined,
     page: {
-      confidence: CONFIDENCE, joined: true, explain: EXPLAIN, units: { response: motion === "linear" ? "m/s/N" : "rad/s/Nm" },
+      confidence: CONFIDENCE, joined: true, explain: EXPLAIN, units: { response: units?.response ?? "" },
       names: { measured: "now", model: "baseline", curve: "L now", planned: "L of the baseline, controller of now", ran: "Now", other: "Baseline" },
       model_curve: response.baseline, loop_curve: withFrequency(response.loop, frequency), planned_curve: other ?? undefined,
     },

@@ -36,8 +36,8 @@ function chosen(query, names) {
 }
 
 /** One figure's history as a chart of the report. */
-function chartOf(name, motion, history, [from, to], alarms, baseline) {
-  const figure = figureOf(name, motion);
+function chartOf(name, machine, history, [from, to], alarms, baseline) {
+  const figure = figureOf(name, machine);
   const unit = prettyUnit(figure.unit);
   const f = history.figures?.[name] ?? {};
   const x = list(history.time_s);
@@ -82,7 +82,7 @@ export function trendsPart(root, { name: axis, setQuery, serverNow }) {
 
   let query = {};
   let figures = {};
-  let motion;
+  let machine; // the axis, for names and units of its figures
   let names = [];
   let what = null;
   let shown = null; // { range, history }
@@ -132,14 +132,14 @@ export function trendsPart(root, { name: axis, setQuery, serverNow }) {
       drawn.delete(name);
     }
     for (const name of what.figures) {
-      const chart = chartOf(name, motion, history, range, alarms, figures[name]?.baseline);
+      const chart = chartOf(name, machine, history, range, alarms, figures[name]?.baseline);
       if (drawn.has(name)) {
         drawn.get(name).update(chart);
         continue;
       }
       const place = h("div", {});
       const title = h("h3", { id: `trend-${name}` }, chart.title);
-      const figure = h("figure", { "aria-labelledby": `trend-${name}` }, title, place, tableOnDemand(`${chart.title} as a table`, () => historyTable(name, motion, shown.history)));
+      const figure = h("figure", { "aria-labelledby": `trend-${name}` }, title, place, tableOnDemand(`${chart.title} as a table`, () => historyTable(name, machine, shown.history)));
       charts.append(figure);
       drawn.set(name, { part: figure, update: drawChart(place, chart, { height: 210, onZoom: zoomed }) });
     }
@@ -205,7 +205,7 @@ export function trendsPart(root, { name: axis, setQuery, serverNow }) {
     },
     update: (now, axis, more) => {
       figures = axis.figures;
-      motion = axis.motion;
+      machine = axis;
       const told = orderedFigures(figures);
       if (told.length === 0 && !more) return;
       const all = told.length ? told : STORED;
@@ -223,7 +223,7 @@ export function trendsPart(root, { name: axis, setQuery, serverNow }) {
               const next = names.filter((n) => (n === name) !== what.figures.includes(n));
               if (next.length) setQuery({ f: next.join(",") });
             },
-          }, figureOf(name, motion).title)));
+          }, figureOf(name, machine).title)));
         }
         for (const button of pick.children) mark(button, "aria-pressed", what.figures.includes(button.dataset.figure));
       }
@@ -238,8 +238,8 @@ export function trendsPart(root, { name: axis, setQuery, serverNow }) {
   };
 }
 
-function historyTable(name, motion, history) {
-  const figure = figureOf(name, motion);
+function historyTable(name, machine, history) {
+  const figure = figureOf(name, machine);
   const unit = figure.unit ? `, ${prettyUnit(figure.unit)}` : "";
   const f = history.figures?.[name] ?? {};
   const cell = (column, i) => (isNumber(list(column)[i]) ? significant(column[i], 5) : "–");

@@ -2,18 +2,15 @@
 // What the interface's names mean to a reader. Pure functions.
 import { interval, isNumber, plain, plusMinus, powers, prettyUnit, significant, words } from "./report/format.js";
 
-/** Name, unit, and whether a change is told in percent of the baseline. */
+/** Name, unit, whether a change is told in percent of the baseline, and which of the axis' units it is in. */
 const FIGURES = {
-  resonance: ["Resonance", "Hz", true], antiresonance: ["Anti-resonance", "Hz", true], stiffness: ["Stiffness", "Nm/rad", true],
-  driven_inertia: ["Motor inertia", "kgm2", true], load_inertia: ["Load inertia", "kgm2", true], damping: ["Damping", "Nms/rad", true],
-  coulomb_friction: ["Dry friction", "Nm", true], load_torque: ["Load torque", "Nm", false], modulus_margin: ["Modulus margin", "", false],
+  resonance: ["Resonance", "Hz", true], antiresonance: ["Anti-resonance", "Hz", true], stiffness: ["Stiffness", "", true, "stiffness"],
+  driven_inertia: ["Motor inertia", "", true, "inertia"], load_inertia: ["Load inertia", "", true, "inertia"], damping: ["Damping", "", true, "damping"],
+  coulomb_friction: ["Dry friction", "", true, "torque"], load_torque: ["Load torque", "", false, "torque"], modulus_margin: ["Modulus margin", "", false],
   phase_margin: ["Phase margin", "°", false], gap: ["Gap to baseline", "", false],
 };
 /** Of a machine that moves along a line. */
-const LINEAR = {
-  stiffness: ["Stiffness", "N/m"], driven_inertia: ["Motor mass", "kg"], load_inertia: ["Load mass", "kg"], damping: ["Damping", "Ns/m"], coulomb_friction: ["Dry friction", "N"],
-  load_torque: ["Load force", "N"],
-};
+const LINEAR = { driven_inertia: "Motor mass", load_inertia: "Load mass", load_torque: "Load force" };
 const ORDER = Object.keys(FIGURES);
 const SUFFIX = /_(hz|deg|nm_per_rad|nm_rad|kgm2|nms_per_rad|nm)$/;
 /** The name of a figure without its unit: alarms ("phase-margin", "phase-margin-limit") and values ("phase_margin_deg") have it in common. */
@@ -22,15 +19,15 @@ export const bare = (name) => String(name).replace(/-/g, "_").replace(/_limit$/,
 const CONDITIONS = { data: "Samples are missing or faulty", stale: "No samples come", estimate: "Nothing is trusted although the drive is excited", controller: "Another controller runs", disk: "Rows and alarms cannot be stored, or too much is" };
 export const conditionOf = (alarm) => CONDITIONS[alarm] ?? null;
 
-/** What is known of a figure by its name in the interface ("resonance_hz"). */
-export function figureOf(name, motion = "rotary") {
+/** What is known of a figure of an axis by its name in the interface ("resonance_hz"). */
+export function figureOf(name, axis) {
   if (CONDITIONS[name]) return { name, title: CONDITIONS[name], unit: "", relative: false };
-  const [title, unit, relative = true] = (motion === "linear" ? LINEAR[bare(name)] : null) ?? FIGURES[bare(name)] ?? [words(bare(name)), "", false];
-  return { name, title, unit, relative: relative && bare(name) !== "load_torque" };
+  const [title, unit, relative, own] = FIGURES[bare(name)] ?? [words(bare(name)), "", false];
+  return { name, title: (axis?.motion === "linear" && LINEAR[bare(name)]) || title, unit: axis?.units?.[own] ?? unit, relative };
 }
 
 /** A sentence of the service, which writes in ASCII: "5.1 +- 0.4 kgm2 (1 -> 2)". */
-export const sentence = (text) => powers(String(text ?? "")).replaceAll(" -> ", " → ");
+export const sentence = (text) => powers(String(text ?? "")).replaceAll(" -> ", " → ").replace(/ s2\/(?=[a-z])/g, " s²/");
 
 /** What changed and how much, without since when and why. */
 export const brief = (text) => sentence(text).replace(/ since \d{4}-.*$/s, "");
@@ -197,10 +194,10 @@ export const alarmText = ({ active }, unacknowledged) => (active === false ? (un
 export const isOpen = (alarm) => !alarm.shelved && !alarm.suppressed && (alarm.active || !alarm.acknowledged || alarm.latched === true);
 
 /** "from 143.7 to 136.4 Nm/rad, by −7.3 ± 0.8 Nm/rad (−5.1 %), 9.1 standard deviations". */
-export function alarmChange(alarm, motion) {
+export function alarmChange(alarm, axis) {
   const c = alarm.change;
   if (!c || !isNumber(c.size)) return "";
-  const { unit } = figureOf(alarm.alarm, motion);
+  const { unit } = figureOf(alarm.alarm, axis);
   const parts = [];
   if (isNumber(c.before) && isNumber(c.after)) {
     const tail = unit ? " " + prettyUnit(unit) : "";

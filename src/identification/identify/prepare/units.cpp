@@ -7,9 +7,8 @@ namespace resonid::identification::detail {
 namespace {
 
 /// Unit of the velocity that belongs to an output of any quantity.
-std::string velocity_unit(const data::Record& record) {
-  const auto& unit = record.output.unit;
-  switch (record.output_quantity) {
+std::string velocity_unit(data::OutputQuantity quantity, const std::string& unit) {
+  switch (quantity) {
     case data::OutputQuantity::velocity:
       return unit;
     case data::OutputQuantity::position:
@@ -32,10 +31,15 @@ std::string position_unit(const std::string& velocity) {
 }
 
 Units units_of(const data::Record& record) {
-  const bool rotary = record.motion == data::Motion::rotary;
+  return units_of(record.motion, record.output_quantity, record.input.unit, record.output.unit);
+}
+
+Units units_of(data::Motion motion, data::OutputQuantity quantity, const std::string& input,
+               const std::string& output) {
+  const bool rotary = motion == data::Motion::rotary;
   Units u;
-  u.input = record.input.unit;
-  u.velocity = velocity_unit(record);
+  u.input = input;
+  u.velocity = velocity_unit(quantity, output);
   u.response = (compound(u.velocity) ? "(" + u.velocity + ")" : u.velocity) + "/" + u.input;
   u.torque = u.input;
   u.physical = rotary ? u.input == "Nm" && u.velocity == "rad/s" : u.input == "N" && u.velocity == "m/s";
