@@ -34,6 +34,25 @@ constexpr std::size_t kMostActions = 1000;  // that wait for an axis
 constexpr std::uint64_t kFirstPlace = 1;    // among those that wait to learn
 constexpr int kLearningNice = 5;            // learning may wait, following may not
 
+/// What one thread gives and others take; a few times a second. In place of std::atomic<std::shared_ptr>,
+/// whose readers release their lock in relaxed order in GCC 12: a race where the machine reorders.
+template <class T>
+class Exchanged {
+ public:
+  [[nodiscard]] std::shared_ptr<T> load() const {
+    const std::scoped_lock lock(mutex_);
+    return value_;
+  }
+  void store(std::shared_ptr<T> value) {
+    const std::scoped_lock lock(mutex_);
+    value_.swap(value);  // the former one is destroyed after the lock
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::shared_ptr<T> value_;
+};
+
 std::string local_time_text(std::int64_t ns) {
   const auto seconds = static_cast<std::time_t>(ns / 1'000'000'000);
   return fmt::format("{:%Y-%m-%d %H:%M:%S %z}", fmt::localtime(seconds));
@@ -129,7 +148,7 @@ class Engine::Impl {
   }
 
   [[nodiscard]] std::shared_ptr<const LiveAxis> live(std::size_t axis) const {
-    return slots_[axis]->live.load(std::memory_order_acquire);
+    return slots_[axis]->live.load();
   }
   [[nodiscard]] std::size_t axes() const noexcept { return slots_.size(); }
   [[nodiscard]] std::uint64_t revision() const noexcept { return revision_.load(); }
@@ -201,7 +220,7 @@ class Engine::Impl {
     std::uint64_t place = 0;            // among those that wait to learn; 0: it does not
     Clock::time_point waits_since;
     std::atomic<std::uint64_t> stored{0};
-    std::atomic<std::shared_ptr<const LiveAxis>> live;
+    Exchanged<const LiveAxis> live;
     std::shared_ptr<const monitoring::ResponseCurve> curve;
     std::int64_t curve_ns = 0;
 
@@ -231,7 +250,7 @@ class Engine::Impl {
         taken += advance(i, begin);
         worker.begun.store(Clock::now());
       }
-      const bool drained = taken == 0 || begin > drain_until_;
+      const bool drained = taken == 0 || (stopping && begin > drain_until_);  // which is set before that
       const auto is_told = [this](std::size_t i) { return is_asked(*slots_[i]); };
       // What an axis was told while a learner had it has its turn when that is done.
       if (stopping && drained && std::none_of(worker.axes.begin(), worker.axes.end(), is_told)) break;
@@ -572,7 +591,7 @@ class Engine::Impl {
     live->curve = s.curve;
     live->curve_ns = s.curve_ns;
     live->revision = revision_.fetch_add(1) + 1;
-    s.live.store(std::move(live), std::memory_order_release);
+    s.live.store(std::move(live));
   }
 
   void hand_over(Worker& worker, Clock::time_point now, bool last) {
