@@ -5,9 +5,9 @@ go and history grows out of its retention:
 
     monitor_memory.py RESONID [--minutes M] [--speed S]
 
-A simulated belt runs S times faster than real time. Over the second half, or the last hour of what is longer,
-the process' own memory must not grow by more than 1 kB per minute; what is shorter than two hours warms up meanwhile,
-and may take 1 MB. Ends with 1 where something grows.
+With the environment that the unit of systemd gives it. A simulated belt runs S times faster than real time. Over the
+second half, or the last hour of what is longer, the process' own memory must not grow by more than 1 kB per minute; what
+is shorter than two hours warms up meanwhile, and may take 1 MB. Ends with 1 where something grows.
 """
 import argparse
 import http.client
@@ -47,6 +47,13 @@ baseline_s = 60
 """
 
 
+UNIT = pathlib.Path(__file__).parents[2] / "apps" / "monitor" / "systemd" / "resonid-monitor.service"
+
+
+def environment():
+    return os.environ | dict(re.findall(r"^Environment=(\w+)=(.*)$", UNIT.read_text(), re.M))
+
+
 def slope(points):
     """Least squares of (time, value)."""
     n = len(points)
@@ -62,7 +69,7 @@ class Server:
         configuration.write_text(CONFIGURATION.format(speed=speed))
         self.data = folder / "data"
         self.process = subprocess.Popen([program, "monitor", str(configuration), "--log-level", "error"], stdout=subprocess.PIPE,
-                                        stderr=subprocess.STDOUT, text=True)
+                                        stderr=subprocess.STDOUT, text=True, env=environment())
         self.port = None
         for line in self.process.stdout:
             found = re.search(r"http://127\.0\.0\.1:(\d+)", line)
