@@ -159,6 +159,12 @@ void make_certificate(const TemporaryFolder& folder, const std::string& name) {
       .end(0);
 }
 
+std::string with_tls(const TemporaryFolder& folder) {
+  for (const char* name : {"right", "wrong"}) make_certificate(folder, name);
+  return fmt::format(R"(tls {{ cert_file: "{}", key_file: "{}" }})", (folder / "right.pem").string(),
+                     (folder / "right.key").string());
+}
+
 Rings::Rings(const std::filesystem::path& folder, const std::vector<std::string>& names,
              std::uint64_t capacity) {
   for (const auto& name : names) {

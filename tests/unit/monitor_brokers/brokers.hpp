@@ -97,6 +97,8 @@ inline constexpr std::size_t kFrame = 20;  ///< Samples of one.
 
 /// Makes NAME.pem and NAME.key for localhost, signed by itself.
 void make_certificate(const TemporaryFolder& folder, const std::string& name);
+/// Further lines of a NatsServer that shows the certificate "right"; "wrong" is there, too.
+[[nodiscard]] std::string with_tls(const TemporaryFolder& folder);
 
 /// Axes with rings in a folder.
 class Rings : public Axes {

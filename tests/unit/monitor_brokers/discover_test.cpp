@@ -183,9 +183,7 @@ TEST(Discover, LooksByTlsAtWhomItKnows) {
   RESONID_REQUIRE_PROGRAM("nats-server");
   RESONID_REQUIRE_PROGRAM("openssl");
   const TemporaryFolder folder;
-  for (const char* name : {"right", "wrong"}) make_certificate(folder, name);
-  const NatsServer server("tls { cert_file: \"" + (folder / "right.pem").string() + "\", key_file: \"" +
-                          (folder / "right.key").string() + "\" }");
+  const NatsServer server(with_tls(folder));
   const std::string url = nats_url(server.url().substr(server.url().find("://") + 3), true);
   NatsSender sender(url, folder / "right.pem");
   const auto look = [&](const std::string& name) {

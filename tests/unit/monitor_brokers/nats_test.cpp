@@ -140,9 +140,7 @@ TEST(Nats, TrustsOnlyWhomItKnows) {
   RESONID_REQUIRE_PROGRAM("nats-server");
   RESONID_REQUIRE_PROGRAM("openssl");
   const TemporaryFolder folder;
-  for (const char* name : {"right", "wrong"}) make_certificate(folder, name);
-  const NatsServer server("tls { cert_file: \"" + (folder / "right.pem").string() + "\", key_file: \"" +
-                          (folder / "right.key").string() + "\" }");
+  const NatsServer server(with_tls(folder));
   Rings rings(folder.path(), {"x"});
   for (const std::string name : {"right", "wrong"}) {
     NatsSourceSettings settings = settings_of(server.url());
