@@ -54,7 +54,16 @@ TEST_F(Killed, AFileLosesAndDoublesNothing) {
   const FileSettings settings{path, Format{}, 0.001};
   std::uint64_t written = 0, rotations = 0;
   std::ofstream file(path);
-  file << "axis,u,y\n";
+  file << "axis,u,y\n" << std::flush;
+  {
+    // What was renamed before any process stood in it is not looked for, and many die before they do on a
+    // busy machine.
+    Installation axes(folder_.path(), names, kCapacity);
+    const auto source = required(make_file_source(settings, axes));
+    source->start();
+    ASSERT_TRUE(
+        eventually([&] { return axes.intake("a").position().told() && axes.intake("b").position().told(); }));
+  }
   const auto write = [&](int us) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::microseconds(us);
     do {
