@@ -61,8 +61,8 @@ class TcpSource final : public NetworkSource {
     watch(stop_descriptor(), EPOLLIN);
     for (const Descriptor& socket : bound.sockets) watch(socket.get(), EPOLLIN);
     address_.port = bound.port;
+    port_.store(bound.port, std::memory_order_release);  // first: who sees it run may ask for it
     tell();
-    port_.store(bound.port, std::memory_order_release);
     std::array<::epoll_event, 128> events;
     auto look = Clock::now();
     bool listening = true;

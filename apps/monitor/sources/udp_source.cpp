@@ -48,8 +48,8 @@ class UdpSource final : public NetworkSource {
       sockets.push_back({socket.get(), POLLIN, 0});
     }
     Decoder decoder(settings_.format, delivery_.faults());
+    port_.store(bound.port, std::memory_order_release);  // first: who sees it run may ask for it
     set_state(SourceState::running);
-    port_.store(bound.port, std::memory_order_release);
     while (wait(1.0, sockets))
       for (const ::pollfd& socket : sockets)
         for (std::size_t k = 0; k < kMostAtOnce && socket.revents != 0; ++k)
