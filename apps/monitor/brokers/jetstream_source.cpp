@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "monitor/brokers/broker_source.hpp"
+#include "monitor/brokers/jetstream_pull.hpp"
 #include "monitor/brokers/nats_handles.hpp"
 #include "monitor/brokers/nats_source.hpp"
 #include "monitor/brokers/nats_subject.hpp"
@@ -15,19 +16,11 @@
 namespace resonid::monitor {
 namespace {
 
-constexpr std::int64_t kRequest_ms = 2000, kFetch_ms = 50;
+constexpr std::int64_t kRequest_ms = 2000;
 constexpr std::int64_t kAckWait_ns = 2'000'000'000;
+constexpr double kLook_s = 0.05;                  // whether the connection is there again
 constexpr auto kCheck = std::chrono::seconds(1);  // whether the stream is still the one that it was
 constexpr int kMostBatch = 10'000;
-
-/// Messages that were fetched.
-struct Fetched {
-  natsMsgList list{};
-  Fetched() = default;
-  Fetched(const Fetched&) = delete;
-  Fetched& operator=(const Fetched&) = delete;
-  ~Fetched() { natsMsgList_Destroy(&list); }
-};
 
 /// A durable consumer gives messages again that were not acknowledged, but after newer ones: whoever goes by
 /// the newest sequence that he has would lose them. So whenever deliveries may have been missed (at the
@@ -63,17 +56,8 @@ class JetStreamSource final : public BrokerSource {
   }
 
   [[nodiscard]] std::string follow(NatsConnection& connection) {
-    NatsSubscription subscription;
-    jsSubOptions options;
-    jsSubOptions_Init(&options);
-    options.Stream = settings_.stream.c_str();
-    const std::string filter = settings_.subjects.filter.empty() ? ">" : settings_.subjects.filter;
-    const natsStatus status = nats_read(subscription, [&](natsSubscription** raw) {
-      return js_PullSubscribe(raw, js_, filter.c_str(), settings_.consumer.c_str(), nullptr, &options,
-                              nullptr);
-    });
-    if (status != NATS_OK) return nats_text(status);
-    natsSubscription_SetPendingLimits(subscription.get(), -1, -1);  // they are asked for one batch at a time
+    JetStreamPull pull(connection.get(), settings_.stream, settings_.consumer, settings_.batch);
+    if (pull.status() != NATS_OK) return nats_text(pull.status());
     set_state(SourceState::running);
     std::uint64_t reconnects = connection.reconnects();
     auto checked = std::chrono::steady_clock::now();
@@ -81,23 +65,24 @@ class JetStreamSource final : public BrokerSource {
       if (connection.closed()) return "the server has closed the connection";
       if (!connection.connected()) {
         set_state(SourceState::waiting, "no server answers");
-        static_cast<void>(wait(1e-3 * kFetch_ms));
+        static_cast<void>(wait(kLook_s));
         continue;
       }
       if (const auto now_reconnects = connection.reconnects(); now_reconnects != reconnects) {
         if (std::string why = settle(false); !why.empty()) return why;
         reconnects = now_reconnects;
+        pull.ask_again();
         set_state(SourceState::running);
       }
-      Fetched fetched;
-      const natsStatus got =
-          natsSubscription_Fetch(&fetched.list, subscription.get(), settings_.batch, kFetch_ms, nullptr);
+      NatsMessage message;
+      if (std::string why = pull.next(message); !why.empty()) {
+        if (connection.connected()) return why;
+        continue;
+      }
       const auto now = std::chrono::steady_clock::now();
-      if (got == NATS_OK) {
-        if (std::string why = take(fetched); !why.empty()) return why;
+      if (message) {
+        if (std::string why = take(pull, message.get()); !why.empty()) return why;
         checked = now;
-      } else if (got != NATS_TIMEOUT && got != NATS_NOT_FOUND && connection.connected()) {
-        return nats_text(got);
       } else if (now - checked > kCheck && connection.connected()) {
         checked = now;
         if (std::string why = changed(); !why.empty()) return why;
@@ -106,24 +91,21 @@ class JetStreamSource final : public BrokerSource {
     return {};
   }
 
-  [[nodiscard]] std::string take(const Fetched& fetched) {
-    for (int k = 0; k < fetched.list.Count && !stopping(); ++k) {
-      natsMsg* const message = fetched.list.Msgs[k];
-      MessageData data;
-      if (const natsStatus status =
-              nats_read(data, [&](jsMsgMetaData** raw) { return natsMsg_GetMetaData(raw, message); });
-          status != NATS_OK)
-        return nats_text(status);
-      if (data->Sequence.Consumer > due_)
-        if (std::string why = settle(false); !why.empty() || stopping()) return why;
-      due_ = data->Sequence.Consumer + 1;
-      if (data->Sequence.Stream > last_) {
-        if (settings_.subjects.filter.empty()) delivery_.count_lost(data->Sequence.Stream - last_ - 1);
-        if (!give(message, data->Sequence.Stream)) return {};
-        last_ = data->Sequence.Stream;
-      }
-      natsMsg_Ack(message, nullptr);  // one that is lost on the way has the message come again
+  [[nodiscard]] std::string take(const JetStreamPull& pull, natsMsg* message) {
+    MessageData data;
+    if (const natsStatus status =
+            nats_read(data, [&](jsMsgMetaData** raw) { return natsMsg_GetMetaData(raw, message); });
+        status != NATS_OK)
+      return nats_text(status);
+    if (data->Sequence.Consumer > due_)
+      if (std::string why = settle(false); !why.empty() || stopping()) return why;
+    due_ = data->Sequence.Consumer + 1;
+    if (data->Sequence.Stream > last_) {
+      if (settings_.subjects.filter.empty()) delivery_.count_lost(data->Sequence.Stream - last_ - 1);
+      if (!give(message, data->Sequence.Stream)) return {};
+      last_ = data->Sequence.Stream;
     }
+    pull.acknowledge(message);
     return {};
   }
 

@@ -101,6 +101,8 @@ void Program::end(int signal) {
   process_ = -1;
 }
 
+void Program::send(int signal) const { ::kill(process_, signal); }
+
 Mosquitto::Mosquitto(const std::string& more) {
   static_cast<void>(folder_.file(
       "mosquitto.conf", fmt::format("listener {} 127.0.0.1\npersistence true\npersistence_location {}/\n"

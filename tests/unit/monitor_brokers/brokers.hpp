@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <csignal>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -46,6 +47,8 @@ class Program {
 
   /// Sends the signal (0: none) and waits for the end.
   void end(int signal);
+  /// Sends it and goes on.
+  void send(int signal) const;
 
  private:
   pid_t process_ = -1;
@@ -75,6 +78,9 @@ class NatsServer {
   explicit NatsServer(const std::string& more = "");
   void start();
   void stop() { program_->end(15); }
+  /// Answers nobody until `go_on`.
+  void pause() { program_->send(SIGSTOP); }
+  void go_on() { program_->send(SIGCONT); }
 
   [[nodiscard]] std::string url() const { return "nats://127.0.0.1:" + std::to_string(port_); }
   [[nodiscard]] const TemporaryFolder& folder() const noexcept { return folder_; }

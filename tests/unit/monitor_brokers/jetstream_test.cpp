@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <future>
+#include <random>
 
 #include "brokers.hpp"
 #include "monitor/brokers/nats_source.hpp"
@@ -137,6 +138,28 @@ TEST_F(JetStream, ReadsFirstWhatAnotherProcessHasNotAcknowledged) {
   std::this_thread::sleep_for(std::chrono::seconds(3));  // they are delivered again
   source_->stop();
   expect_stored(rings_->ring("x"), 150 * kFrame);
+}
+
+/// Whatever was asked for comes late and at once: more than a batch.
+TEST_F(JetStream, BringsEverySampleOnceFromAServerThatHalts) {
+  constexpr std::uint64_t kFrames = 20'000;
+  sender_->make_stream("SAMPLES", "machines.>");
+  send(0, kFrames);
+  start();
+  std::mt19937 random(3);
+  std::uniform_int_distribution<int> halt_ms(50, 250), work_ms(1, 30);
+  int halts = 0;
+  for (; halts < 200 && rings_->ring("x").end() < kFrames * kFrame; ++halts) {
+    server_->pause();
+    std::this_thread::sleep_for(std::chrono::milliseconds(halt_ms(random)));
+    server_->go_on();
+    std::this_thread::sleep_for(std::chrono::milliseconds(work_ms(random)));
+  }
+  EXPECT_GT(halts, 3);
+  ASSERT_TRUE(reaches(kFrames)) << source_->status().text;
+  source_->stop();
+  expect_stored(rings_->ring("x"), kFrames * kFrame);
+  EXPECT_EQ(rings_->intake("x").counters().missing, 0U);
 }
 
 TEST_F(JetStream, TellsAStreamThatWasMadeAnewFromTheOldOne) {
