@@ -22,7 +22,8 @@ class Publication {
           for (std::uint64_t k = 0; k < kFrames || !stop.stop_requested(); ++k) {
             send(frame_of("", k * kFrame));
             frames_ = k + 1;
-            if (k % 20 == 19 || k >= kFrames) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+            if (k % 20 == 19 || k >= kFrames)
+              std::this_thread::sleep_for(std::chrono::milliseconds(k < kFrames ? 5 : 10));
           }
         }) {}
   /// How many there were.
@@ -37,26 +38,28 @@ class Publication {
   std::jthread thread_;
 };
 
-/// Kills a process with a source and its ring again and again; counts how often there was something new. On a
-/// busy machine, where they would be killed before they had begun, they live longer.
+/// Kills a process with a source and its ring again and again; counts how often there was something new. They
+/// live the longer the longer all takes, for on a busy machine they would be killed before they have begun.
 int kill_often(const std::string& kind, const std::string& where, const TemporaryFolder& folder,
                unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_int_distribution<int> instant_ms(15, 150);
   std::uint64_t reached = 0;
-  int within = 0, idle = 0;
-  const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-  for (int k = 0; k < kKills || (within < kWithin && std::chrono::steady_clock::now() < patience); ++k) {
+  int within = 0;
+  const auto begin = std::chrono::steady_clock::now();
+  const auto seconds = [&] {
+    return static_cast<int>((std::chrono::steady_clock::now() - begin) / std::chrono::seconds(1));
+  };
+  for (int k = 0; k < kKills || (within < kWithin && seconds() < 120); ++k) {
     {
       Program child({"/proc/self/exe", "--feed", kind, where, folder.path().string()});
-      std::this_thread::sleep_for(std::chrono::milliseconds(instant_ms(random) * (1 + idle / 10)));
+      std::this_thread::sleep_for(std::chrono::milliseconds(instant_ms(random) * (1 + seconds() / 5)));
       child.end(SIGKILL);
     }
     Rings rings(folder.path(), {"x"});
     const std::uint64_t end = rings.ring("x").end();
     EXPECT_GE(end, reached) << "after " << k << " kills";
     within += end > reached;
-    idle = end > reached ? 0 : idle + 1;
     reached = end;
   }
   return within;

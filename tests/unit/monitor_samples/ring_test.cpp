@@ -7,6 +7,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -389,7 +391,7 @@ TEST(Ring, SurvivesSigkillAtAnyInstant) {
     const ::pid_t child = ::fork();
     if (child == 0) write_for_ever(path, told);
     const auto latest = std::chrono::steady_clock::now() + std::chrono::seconds(20);
-    while (told.load() == messages && run % 8 != 0 && std::chrono::steady_clock::now() < latest)
+    while (told.load() <= messages && run % 8 != 0 && std::chrono::steady_clock::now() < latest)
       std::this_thread::yield();  // the others die while they begin
     std::this_thread::sleep_for(std::chrono::microseconds(random() % 2500));
     ::kill(child, SIGKILL);
@@ -397,7 +399,7 @@ TEST(Ring, SurvivesSigkillAtAnyInstant) {
     const auto ring = opened(path);
     const std::uint64_t reached = ring->source().word[3];
     ASSERT_GE(reached, told.load()) << run;
-    ASSERT_LE(reached, told.load() + 1);
+    ASSERT_LE(reached, std::max(told.load(), messages) + 1);  // one of each process may not be told yet
     for (; messages < reached; ++messages) {
       const auto [gap, count] = scripted(messages + 1);
       if (gap <= 50 && messages > 0)

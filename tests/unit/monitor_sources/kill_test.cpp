@@ -39,17 +39,23 @@ class Process {
 
 class Killed : public ::testing::Test {
  protected:
-  /// Microseconds that a process lives.
-  int lifetime_us() { return std::uniform_int_distribution(0, 30'000)(random_); }
+  using Clock = std::chrono::steady_clock;
+
+  /// Microseconds that a process lives: the longer the longer all takes, for on a busy machine they would be
+  /// killed before they have begun.
+  int lifetime_us() {
+    const auto longer = static_cast<int>((Clock::now() - begin_) / std::chrono::seconds(3));
+    return std::uniform_int_distribution(0, 30'000)(random_) * (1 + longer);
+  }
   /// Whether one more is to be killed, the k-th: also on a busy machine until `enough` went through them.
   [[nodiscard]] bool goes_on(int k, bool enough) const {
-    return k < kKills || (!enough && std::chrono::steady_clock::now() - begin_ < std::chrono::seconds(60));
+    return k < kKills || (!enough && Clock::now() - begin_ < std::chrono::seconds(120));
   }
   bool one_in(int n) { return std::uniform_int_distribution(1, n)(random_) == 1; }
 
   const TemporaryFolder folder_;
   std::mt19937 random_{7};
-  const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  const Clock::time_point begin_ = Clock::now();
 };
 
 /// Lines without any numbering: a sample that was lost or came twice would shift all that follow.
