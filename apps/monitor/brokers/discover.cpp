@@ -110,11 +110,11 @@ expected<std::vector<Discovered>, Error> discover_nats(const NatsSettings& serve
                                                        double seconds, const KeepLooking& keep) {
   if (!is_subject_filter(filter))
     return refuse("filter", fmt::format("'{}' is no filter of subjects; > has all", printable(filter)));
+  NatsSubscription subscription;
   const auto connection = NatsConnection::open(servers);
   if (!connection) return unexpected(connection.error());
   Scout scout;
   look_at_streams((*connection)->get(), filter, scout, keep);
-  NatsSubscription subscription;
   const natsStatus status = nats_read(subscription, [&](natsSubscription** raw) {
     return natsConnection_SubscribeSync(raw, (*connection)->get(), filter.c_str());
   });

@@ -25,7 +25,7 @@ class JetStreamPull {
   ///
   /// @return empty, with `message` or without one; or why no more will come
   [[nodiscard]] std::string next(NatsMessage& message);
-  /// After a reconnection the server knows of no request.
+  /// Does not wait for what was asked for: that of a connection that is gone.
   void ask_again() noexcept { due_ = 0; }
   /// One that is lost on the way has the message come again.
   void acknowledge(const natsMsg* message) const;
@@ -35,6 +35,8 @@ class JetStreamPull {
 
   natsConnection* connection_;
   std::string subject_, payload_, inbox_;
+  std::string answer_;  ///< Where the server answers the newest request: each has its own.
+  std::uint64_t requests_ = 0;
   int batch_;
   NatsSubscription subscription_;
   natsStatus status_;

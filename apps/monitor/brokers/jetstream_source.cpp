@@ -38,6 +38,7 @@ class JetStreamSource final : public BrokerSource {
 
  private:
   [[nodiscard]] std::string serve() override {
+    std::optional<JetStreamPull> pull;  // goes after the connection: see NatsSubscription
     const auto connection = NatsConnection::open(settings_.servers);
     if (!connection)
       return fmt::format("{}: {}", connection.error().where.view(), connection.error().requirement.view());
@@ -50,14 +51,15 @@ class JetStreamSource final : public BrokerSource {
     if (status != NATS_OK) return nats_text(status);
     js_ = handle.get();
     std::string why = settle(true);
-    if (why.empty()) why = follow(**connection);
+    if (why.empty()) {
+      pull.emplace((*connection)->get(), settings_.stream, settings_.consumer, settings_.batch);
+      why = pull->status() == NATS_OK ? follow(**connection, *pull) : nats_text(pull->status());
+    }
     js_ = nullptr;
     return why;
   }
 
-  [[nodiscard]] std::string follow(NatsConnection& connection) {
-    JetStreamPull pull(connection.get(), settings_.stream, settings_.consumer, settings_.batch);
-    if (pull.status() != NATS_OK) return nats_text(pull.status());
+  [[nodiscard]] std::string follow(NatsConnection& connection, JetStreamPull& pull) {
     set_state(SourceState::running);
     std::uint64_t reconnects = connection.reconnects();
     auto checked = std::chrono::steady_clock::now();

@@ -27,6 +27,8 @@ struct NatsDeleter {
 };
 using NatsOptions = std::unique_ptr<natsOptions, NatsDeleter<natsOptions_Destroy>>;
 using NatsHandle = std::unique_ptr<natsConnection, NatsDeleter<natsConnection_Destroy>>;
+/// To be declared before its connection, so that it goes after it: libnats before 3.6 may use one that is
+/// gone for a message that has just come (nats.c, issue 637).
 using NatsSubscription = std::unique_ptr<natsSubscription, NatsDeleter<natsSubscription_Destroy>>;
 using NatsMessage = std::unique_ptr<natsMsg, NatsDeleter<natsMsg_Destroy>>;
 using JetStreamHandle = std::unique_ptr<jsCtx, NatsDeleter<jsCtx_Destroy>>;

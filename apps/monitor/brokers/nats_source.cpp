@@ -39,10 +39,10 @@ class NatsSource final : public BrokerSource {
   };
 
   [[nodiscard]] std::string serve() override {
+    std::vector<Subscription> subscriptions(settings_.subjects.size());
     const auto connection = NatsConnection::open(settings_.servers);
     if (!connection)
       return fmt::format("{}: {}", connection.error().where.view(), connection.error().requirement.view());
-    std::vector<Subscription> subscriptions(settings_.subjects.size());
     std::string why = follow(**connection, subscriptions);
     end(subscriptions, (*connection)->connected());
     return why;
