@@ -18,6 +18,8 @@
 namespace resonid::monitor::web {
 namespace {
 
+constexpr int kCaughtUp = 2;  // rounds, where one took longer than its time; no more after a halt
+
 double unix_time_s() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
@@ -88,7 +90,7 @@ struct WebServer::Parts {
       } catch (const std::exception&) {  // of memory, or of the rest of the service: the next round may do
       }
       lock.lock();
-      next = std::max(next + interval, Clock::now());  // rounds that were missed are not caught up
+      next = std::max(next + interval, Clock::now() - kCaughtUp * interval);
       ended.wait_until(lock, next, [this] { return ends; });
     }
   }

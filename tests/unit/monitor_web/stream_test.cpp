@@ -126,6 +126,7 @@ TEST_F(WebStream, ASlowReaderSkipsFramesButNoAlarm) {
   std::vector<AxisStatus> axes;
   for (int i = 0; i < 200; ++i) axes.push_back(an_axis(fmt::format("axis-{}", i), 1.0 / 3.0));
   options.frames_per_second = 50.0;
+  options.limits.stalled_s = 120.0;
   const auto port = start();
   auto slow = open_stream(port);
   auto quick = open_stream(port);
