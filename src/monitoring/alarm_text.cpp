@@ -116,7 +116,7 @@ class AlarmSentence {
       case AlarmKind::data:
         return "Data";
       case AlarmKind::stale:
-        return "No samples";
+        return words_.refused ? "No usable samples" : "No samples";
       case AlarmKind::estimate:
         return "Estimate";
       case AlarmKind::controller:
@@ -137,8 +137,7 @@ class AlarmSentence {
                     : "Samples contradict the configuration (" + scale_text(e_.contradiction) + ")") +
                since();
       case AlarmKind::stale:
-        return words_.refused ? "No usable samples" + since() + ": what comes is refused, its page says why"
-                              : "No samples" + since();
+        return title() + since() + (words_.refused ? ": what comes is refused, its page says why" : "");
       case AlarmKind::estimate: {
         if (e_.verdict == online::AxisVerdict::not_measured)
           return "Nothing could be learned although the drive is excited" + since();

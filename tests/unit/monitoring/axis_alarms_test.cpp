@@ -454,6 +454,8 @@ TEST(AlarmText, TellsSamplesThatAreRefusedFromNone) {
   EXPECT_EQ(alarm_text(e, words), "No samples since noon");
   words.refused = true;
   EXPECT_EQ(alarm_text(e, words), "No usable samples since noon: what comes is refused, its page says why");
+  e.transition = Transition::acknowledged;
+  EXPECT_EQ(alarm_text(e, words), "No usable samples: acknowledged");
 }
 
 TEST(AlarmText, SpeaksOfLinearAxes) {
