@@ -41,10 +41,10 @@ class Killed : public ::testing::Test {
  protected:
   using Clock = std::chrono::steady_clock;
 
-  /// Microseconds that a process lives: the longer the longer all takes, for on a busy machine they would be
-  /// killed before they have begun.
-  int lifetime_us() {
-    const auto longer = static_cast<int>((Clock::now() - begin_) / std::chrono::seconds(3));
+  /// Microseconds that a process lives: until `enough` went through them the longer the longer all takes, for
+  /// on a busy machine they would be killed before they have begun.
+  int lifetime_us(bool enough) {
+    const int longer = enough ? 0 : static_cast<int>((Clock::now() - begin_) / std::chrono::seconds(3));
     return std::uniform_int_distribution(0, 30'000)(random_) * (1 + longer);
   }
   /// Whether one more is to be killed, the k-th: also on a busy machine until `enough` went through them.
@@ -98,9 +98,10 @@ TEST_F(Killed, AFileLosesAndDoublesNothing) {
     source = required(make_file_source(settings, *axes));
     source->start();
   };
-  for (int k = 0; goes_on(k, written > 10'000 && rotations > 3); ++k) {
+  const auto enough = [&] { return written > 10'000 && rotations > 3; };
+  for (int k = 0; goes_on(k, enough()); ++k) {
     const Process process(run);
-    write(lifetime_us());
+    write(lifetime_us(enough()));
     process.kill();
     if (one_in(3)) write(1000);
   }
@@ -172,7 +173,7 @@ TEST_F(Killed, TcpLosesAndDoublesNothingThatTheClientKeepsUntilItIsAcknowledged)
   }
   for (int k = 0; goes_on(k, fs::exists(enough)); ++k) {
     const Process process(run);
-    std::this_thread::sleep_for(std::chrono::microseconds(lifetime_us()));
+    std::this_thread::sleep_for(std::chrono::microseconds(lifetime_us(fs::exists(enough))));
     process.kill();
   }
   std::ofstream(stop) << "now";
