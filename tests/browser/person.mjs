@@ -42,6 +42,22 @@ export async function picture(page, name, fullPage = true) {
   await page.screenshot({ path: path.join(PICTURES, `${name}.png`), fullPage });
 }
 
+/** Waits until an element stays where it is, for three pictures: what is above it may still be filled in. */
+function still(element) {
+  element.scrollIntoView({ block: "nearest" });
+  return new Promise((done) => {
+    let last = "", same = 0;
+    const look = () => {
+      const { x, y } = element.getBoundingClientRect(), now = `${x} ${y}`;
+      same = now === last ? same + 1 : 0;
+      last = now;
+      if (same === 3) done();
+      else requestAnimationFrame(look);
+    };
+    look();
+  });
+}
+
 /** What a person sees and does on the page that `now()` returns. */
 export function person(now) {
   const text = (selector) => now().$eval(selector, (e) => e.innerText.replace(/\s+/g, " ").trim());
@@ -50,11 +66,16 @@ export function person(now) {
     text, button,
     texts: (selector) => now().$$eval(selector, (all) => all.map((e) => e.innerText.replace(/\s+/g, " ").trim())),
     hash: () => now().evaluate(() => decodeURIComponent(location.hash)),
-    /** Again where what stands there is just written anew. */
+    /** Again where what stands there is just written anew, or moved away under the pointer. */
     async press(label) {
       for (const tries of [1, 2, 3, 4, 5]) {
         try {
-          return await (await button(label)).click();
+          const found = await button(label);
+          await found.evaluate(still);
+          await found.evaluate((e) => e.addEventListener("click", () => { e.pressed = true; }, { once: true, capture: true }));
+          await found.click();
+          if (await found.evaluate((e) => e.pressed)) return;
+          if (tries === 5) throw new Error(`'${label}' moves away`);
         } catch (error) {
           if (tries === 5 || !/detached|not clickable/.test(error.message)) throw error;
         }

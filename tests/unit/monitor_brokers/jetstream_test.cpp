@@ -67,7 +67,7 @@ class JetStream : public ::testing::Test {
     ASSERT_EQ(natsConnection_JetStream(&js, sender_->connection(), nullptr), NATS_OK);
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
     std::int64_t most = 0;
-    for (int k = 0; k < 20; ++k) {
+    for (int k = 0; k < 20 || (most == 0 && k < 1000); ++k) {
       jsConsumerInfo* info = nullptr;
       EXPECT_EQ(js_GetConsumerInfo(&info, js, "SAMPLES", "resonid", nullptr, nullptr), NATS_OK);
       if (info != nullptr) most = std::max(most, info->NumWaiting);
