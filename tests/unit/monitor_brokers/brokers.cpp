@@ -6,7 +6,7 @@
 #include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <mosquitto.h>
-#include <signal.h>
+#include <signal.h>  // NOLINT(modernize-deprecated-headers): kill
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -45,6 +45,11 @@ void require(bool condition, const std::string& what) {
 }
 
 void require(natsStatus status) { require(status == NATS_OK, natsStatus_GetText(status)); }
+
+void look_in_sbin() {
+  const char* path = std::getenv("PATH");
+  ::setenv("PATH", (std::string(path == nullptr ? "" : path) + ":/usr/sbin").c_str(), 1);
+}
 
 }  // namespace
 
@@ -115,7 +120,7 @@ Mosquitto::Mosquitto(const std::string& more) {
 }
 
 void Mosquitto::start() {
-  ::setenv("PATH", (std::string(std::getenv("PATH")) + ":/usr/sbin").c_str(), 1);
+  look_in_sbin();
   program_ = std::make_unique<Program>(
       std::vector<std::string>{"mosquitto", "-c", (folder_ / "mosquitto.conf").string()}, folder_ / "log");
   require(until([this] { return listens(port_); }),
@@ -131,7 +136,7 @@ NatsServer::NatsServer(const std::string& more) {
 }
 
 void NatsServer::start() {
-  ::setenv("PATH", (std::string(std::getenv("PATH")) + ":/usr/sbin").c_str(), 1);
+  look_in_sbin();
   program_ = std::make_unique<Program>(
       std::vector<std::string>{"nats-server", "-c", (folder_ / "nats.conf").string()}, folder_ / "log");
   require(until([this] { return listens(port_); }),

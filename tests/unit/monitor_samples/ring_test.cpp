@@ -210,7 +210,7 @@ TEST(Ring, RefusesWhatIsNoneOrDamagedAndLeavesItAlone) {
 
   { append(*opened(folder / "x.ring"), 20); }
   const std::string right = test::contents_of(folder / "x.ring");
-  const auto refused = [&](std::string bytes) {
+  const auto refused = [&](const std::string& bytes) {
     return Ring::open(folder.file("wrong.ring", bytes), kSmall);
   };
   const auto flipped = [&](std::initializer_list<std::size_t> places) {

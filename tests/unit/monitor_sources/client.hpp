@@ -21,7 +21,7 @@ class Client {
  public:
   Client() = default;
   /// To this machine.
-  Client(std::uint16_t port, int type = SOCK_STREAM, int family = AF_INET) {
+  explicit Client(std::uint16_t port, int type = SOCK_STREAM, int family = AF_INET) {
     ::sockaddr_in v4{};
     v4.sin_family = AF_INET;
     v4.sin_port = htons(port);

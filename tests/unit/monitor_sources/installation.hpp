@@ -27,7 +27,7 @@ inline constexpr double kTestRate_hz = 1000.0;
 class Installation final : public Axes {
  public:
   Installation(const std::filesystem::path& folder, const std::vector<std::string>& axes,
-               std::uint64_t capacity = 1U << 16U, ColumnNames columns = {"", "u", "y", ""},
+               std::uint64_t capacity = 1U << 16U, const ColumnNames& columns = {"", "u", "y", ""},
                double rate_hz = kTestRate_hz) {
     for (const std::string& name : axes) {
       auto ring = Ring::open(folder / (name + ".ring"), {name, ring_channels(columns), rate_hz, capacity});

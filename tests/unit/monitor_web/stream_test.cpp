@@ -30,19 +30,19 @@ double now_s() {
 class WebStream : public testing::Test {
  protected:
   WebStream() {
-    options.limits.requests_per_second = 1e6;
-    options.limits.burst = 1e6;
+    options_.limits.requests_per_second = 1e6;
+    options_.limits.burst = 1e6;
   }
   std::uint16_t start() {
-    auto started = WebServer::start(backend, options);
+    auto started = WebServer::start(backend_, options_);
     EXPECT_TRUE(started) << started.error().requirement;
-    server = std::move(*started);
-    return server->port();
+    server_ = std::move(*started);
+    return server_->port();
   }
 
-  test::FakeBackend backend;
-  WebOptions options;
-  std::unique_ptr<WebServer> server;
+  test::FakeBackend backend_;
+  WebOptions options_;
+  std::unique_ptr<WebServer> server_;
 };
 
 TEST_F(WebStream, BeginsWithHelloAndBringsWhatChanges) {
@@ -52,7 +52,7 @@ TEST_F(WebStream, BeginsWithHelloAndBringsWhatChanges) {
   EXPECT_EQ(hello->name, "hello");
   EXPECT_EQ(json::parse(hello->data).at("resumed"), false);
   ASSERT_TRUE(stream.event_named("frame"));
-  backend.set({an_axis("x", 7.0)});
+  backend_.set({an_axis("x", 7.0)});
   for (;;) {
     const auto frame = stream.event_named("frame");
     ASSERT_TRUE(frame);
@@ -60,7 +60,7 @@ TEST_F(WebStream, BeginsWithHelloAndBringsWhatChanges) {
     const auto axes = json::parse(frame->data).at("axes");
     if (axes.contains("x") && axes["x"]["figures"]["resonance_hz"]["value"] == 7.0) break;
   }
-  server->alarm(an_alarm(17));
+  server_->alarm(an_alarm(17));
   const auto alarm = stream.event_named("alarm");
   ASSERT_TRUE(alarm);
   EXPECT_EQ(json::parse(alarm->data).at("id"), 17);
@@ -74,7 +74,7 @@ TEST_F(WebStream, OneAxisIsForThoseWhoAskForIt) {
   std::atomic<bool> end{false};
   std::thread changes([&] {
     for (int i = 0; !end; ++i) {
-      backend.set({an_axis("x", i), an_axis("y", i)});
+      backend_.set({an_axis("x", i), an_axis("y", i)});
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
   });
@@ -94,14 +94,14 @@ TEST_F(WebStream, OneAxisIsForThoseWhoAskForIt) {
 TEST_F(WebStream, ResumesWithTheAlarmsThatWereMissed) {
   const auto port = start();
   auto first = open_stream(port);
-  server->alarm(an_alarm(1));
+  server_->alarm(an_alarm(1));
   const auto seen = first.event_named("alarm");
   ASSERT_TRUE(seen);
   first.close();
-  server->alarm(an_alarm(2));
-  server->alarm(an_alarm(3));
+  server_->alarm(an_alarm(2));
+  server_->alarm(an_alarm(3));
   auto again = open_stream(port, "", {{"Last-Event-ID", seen->id}});
-  server->alarm(an_alarm(4));
+  server_->alarm(an_alarm(4));
   for (const int id : {2, 3, 4}) {
     const auto alarm = again.event_named("alarm");
     ASSERT_TRUE(alarm);
@@ -110,8 +110,8 @@ TEST_F(WebStream, ResumesWithTheAlarmsThatWereMissed) {
 }
 
 TEST_F(WebStream, SilenceIsFilledWithComments) {
-  options.limits.keep_alive_s = 0.2;
-  options.frames_per_second = 0.1;
+  options_.limits.keep_alive_s = 0.2;
+  options_.frames_per_second = 0.1;
   auto stream = open_stream(start());
   int comments = 0;
   for (int i = 0; i < 4; ++i) {
@@ -125,8 +125,8 @@ TEST_F(WebStream, SilenceIsFilledWithComments) {
 TEST_F(WebStream, ASlowReaderSkipsFramesButNoAlarm) {
   std::vector<AxisStatus> axes;
   for (int i = 0; i < 200; ++i) axes.push_back(an_axis(fmt::format("axis-{}", i), 1.0 / 3.0));
-  options.frames_per_second = 50.0;
-  options.limits.stalled_s = 120.0;
+  options_.frames_per_second = 50.0;
+  options_.limits.stalled_s = 120.0;
   const auto port = start();
   auto slow = open_stream(port);
   auto quick = open_stream(port);
@@ -139,8 +139,8 @@ TEST_F(WebStream, ASlowReaderSkipsFramesButNoAlarm) {
   // 3 s or more during which the slow one reads nothing
   const double begin = now_s();
   for (int i = 0; i < 150 || (received <= 100 && now_s() < begin + 30.0); ++i) {
-    backend.set(axes);
-    if (i < 150 && i % 10 == 0) server->alarm(an_alarm(100 + static_cast<std::uint64_t>(i)));
+    backend_.set(axes);
+    if (i < 150 && i % 10 == 0) server_->alarm(an_alarm(100 + static_cast<std::uint64_t>(i)));
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   end = true;
@@ -164,8 +164,8 @@ TEST_F(WebStream, ASlowReaderSkipsFramesButNoAlarm) {
 }
 
 TEST_F(WebStream, AReaderWhoStallsForGoodIsGivenUp) {
-  options.limits.stalled_s = 0.5;
-  options.frames_per_second = 50.0;
+  options_.limits.stalled_s = 0.5;
+  options_.frames_per_second = 50.0;
   std::vector<AxisStatus> axes;
   for (int i = 0; i < 200; ++i) axes.push_back(an_axis(fmt::format("axis-{}", i)));
   const auto port = start();
@@ -176,7 +176,7 @@ TEST_F(WebStream, AReaderWhoStallsForGoodIsGivenUp) {
   EXPECT_TRUE(streams());
   const double until = now_s() + 20.0;
   while (streams() && now_s() < until) {
-    backend.set(axes);
+    backend_.set(axes);
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   EXPECT_FALSE(streams());
@@ -186,14 +186,14 @@ TEST_F(WebStream, ThirtyPagesGetFramesAtOnce) {
   constexpr int kPages = 30, kAxes = 100;
   std::vector<AxisStatus> axes;
   for (int i = 0; i < kAxes; ++i) axes.push_back(an_axis(fmt::format("axis-{}", i), 1.0 / 3.0));
-  backend.set(axes);
+  backend_.set(axes);
   const auto port = start();
   std::vector<WebClient> pages;
   for (int i = 0; i < kPages; ++i) pages.push_back(open_stream(port, i % 3 == 0 ? "?axis=axis-1" : ""));
   std::atomic<bool> end{false};
   std::thread changes([&] {
     while (!end) {
-      backend.set(axes);
+      backend_.set(axes);
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
   });
